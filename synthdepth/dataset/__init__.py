@@ -1,0 +1,1 @@
+"""The dataset contract: records, shards, manifest, checks and previews."""

@@ -1,0 +1,1 @@
+"""Clearance queries and random drone flights."""

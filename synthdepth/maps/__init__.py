@@ -1,0 +1,1 @@
+"""Procedural worlds: numpy only, no renderer."""

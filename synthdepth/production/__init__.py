@@ -1,0 +1,1 @@
+"""Plan, jobs and worker processes of a production run."""

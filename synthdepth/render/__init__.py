@@ -1,0 +1,1 @@
+"""World to pictures and ground truth: the only place that knows Mitsuba."""
