@@ -33,9 +33,7 @@ class Intrinsics:
     def from_fov(cls, width: int, height: int, fov_deg: float) -> "Intrinsics":
         """A symmetric camera with square pixels and a horizontal field of view."""
         f = width / 2 / math.tan(math.radians(fov_deg) / 2)
-        return cls(
-            width=width, height=height, fx=f, fy=f, cx=(width - 1) / 2, cy=(height - 1) / 2
-        )
+        return cls(width=width, height=height, fx=f, fy=f, cx=(width - 1) / 2, cy=(height - 1) / 2)
 
     @property
     def matrix(self) -> np.ndarray:
@@ -99,3 +97,10 @@ def project(
         [camera.fx * p[..., 0] / safe + camera.cx, camera.fy * p[..., 1] / safe + camera.cy], -1
     )
     return uv, z
+
+
+def pitch_roll_deg(world_from_cam: np.ndarray) -> tuple[float, float]:
+    """Elevation of the optical axis above the horizon, and roll clockwise about it [deg]."""
+    right, down, forward = np.asarray(world_from_cam)[:3, :3].T
+    pitch = math.degrees(math.asin(float(np.clip(forward[2], -1, 1))))
+    return pitch, math.degrees(math.atan2(-right[2], -down[2]))

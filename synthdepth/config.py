@@ -1,0 +1,105 @@
+"""Checked configuration: frozen dataclasses whose fields say what they allow.
+
+A config class inherits from `Config`; its fields are made by `number`, `span` or `choice`. Values
+are checked on construction, and TOML tables are read into them with errors that name the key, the
+value and what is allowed.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from synthdepth.errors import RecipeError
+
+
+def number(default, low, high):
+    """A field that holds one number within [low, high]; an int default allows only ints.
+
+    With `None` as default the number may be left out.
+    """
+    return dataclasses.field(default=default, metadata={"within": (low, high)})
+
+
+def span(default, low, high):
+    """A field that holds a range (from, to) to draw from, itself within [low, high]."""
+    return dataclasses.field(default=tuple(default), metadata={"span": (low, high)})
+
+
+def choice(default: str, allowed: tuple[str, ...]):
+    """A field that holds one of a few words."""
+    return dataclasses.field(default=default, metadata={"choice": allowed})
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Config:
+    """Base of the checked configurations."""
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            value = _checked(field.name, getattr(self, field.name), field)
+            object.__setattr__(self, field.name, value)
+
+    @classmethod
+    def from_table(cls, table: Any, where: str) -> "Config":
+        """The config of a TOML table.
+
+        Args:
+            table: what the file holds.
+            where: file and section, for the error.
+
+        Raises:
+            RecipeError: an unknown key, a wrong type or a value out of range.
+        """
+        if not isinstance(table, Mapping):
+            raise RecipeError(f"{where} is {table!r}: allowed is a table of keys")
+        known = [field.name for field in dataclasses.fields(cls)]
+        for key in table:
+            if key not in known:
+                raise RecipeError(f"{where} {key} is unknown: allowed are {', '.join(known)}")
+        try:
+            return cls(**table)
+        except RecipeError as error:
+            raise RecipeError(f"{where} {error}") from None
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _checked(name: str, value, field: dataclasses.Field):
+    if "choice" in field.metadata:
+        allowed = field.metadata["choice"]
+        if value not in allowed:
+            raise RecipeError(f"{name} = {value!r}: allowed are {', '.join(allowed)}")
+        return value
+    if "span" in field.metadata:
+        low, high = field.metadata["span"]
+        pair = list(value) if isinstance(value, list | tuple) else []
+        if (
+            len(pair) != 2
+            or not all(map(_is_number, pair))
+            or not low <= pair[0] <= pair[1] <= high
+        ):
+            raise RecipeError(
+                f"{name} = {_shown(value)}: allowed are two numbers [from, to] with "
+                f"{low:g} <= from <= to <= {high:g}"
+            )
+        return (float(pair[0]), float(pair[1]))
+    if "within" in field.metadata:
+        if value is None and field.default is None:
+            return None
+        low, high = field.metadata["within"]
+        whole = isinstance(field.default, int)
+        right = _is_number(value) and (isinstance(value, int) or not whole)
+        if not right or not low <= value <= high:
+            kind = "a whole number" if whole else "a number"
+            raise RecipeError(
+                f"{name} = {_shown(value)}: allowed is {kind} from {low:g} to {high:g}"
+            )
+        return value if whole else float(value)
+    return value
+
+
+def _shown(value) -> str:
+    return repr(list(value)) if isinstance(value, tuple) else repr(value)

@@ -1,0 +1,149 @@
+"""`dataset.json`, `index.parquet` and the card: what a dataset folder says of itself."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from synthdepth.dataset.pair import META_FIELDS
+from synthdepth.dataset.shard import read_members, shard_members, write_whole
+from synthdepth.errors import DatasetError
+
+MANIFEST = "dataset.json"
+INDEX = "index.parquet"
+CARD = "README.md"
+
+# What decides the bytes of a dataset: a run may only go on in a folder that agrees in all of it.
+IDENTITY = ("schema_version", "map", "seed", "train_share", "recipe", "software")
+
+_ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string()}
+_MATRICES = ("intrinsics", "world_from_cam", "world_from_cam_prev")
+
+
+def read_manifest(folder: Path) -> dict:
+    """The manifest of a dataset folder.
+
+    Raises:
+        DatasetError: there is none, or it cannot be read.
+    """
+    path = Path(folder) / MANIFEST
+    try:
+        manifest = json.loads(path.read_text())
+        if not isinstance(manifest, dict) or not isinstance(manifest["shards"], list):
+            raise ValueError("no list of shards")
+        return manifest
+    except FileNotFoundError:
+        raise DatasetError(f"{folder} holds no dataset: there is no {MANIFEST}") from None
+    except (OSError, ValueError, KeyError) as error:
+        raise DatasetError(f"{path} is not a manifest: {error}") from error
+
+
+def write_manifest(folder: Path, manifest: Mapping) -> None:
+    """Replace the manifest whole."""
+    write_whole(Path(folder) / MANIFEST, json.dumps(manifest, indent=1).encode() + b"\n")
+
+
+def check_identity(folder: Path, there: Mapping, asked: Mapping) -> None:
+    """Refuse to go on in a folder that holds another dataset; names the first difference."""
+    for name in IDENTITY:
+        for key, old, new in _differences(name, there.get(name), asked.get(name)):
+            raise DatasetError(
+                f"{folder} holds a different dataset: {key} is {json.dumps(old)} there and "
+                f"{json.dumps(new)} was asked for; choose another --out (nothing was touched)"
+            )
+
+
+def _differences(key: str, old, new):
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        for name in sorted(old.keys() | new.keys()):
+            yield from _differences(f"{key}.{name}", old.get(name), new.get(name))
+    elif old != new:
+        yield key, old, new
+
+
+def write_index(folder: Path, shards: list[Mapping]) -> None:
+    """Write `index.parquet`, a row a pair: where its files lie, and all of its metadata.
+
+    Args:
+        folder: the dataset folder.
+        shards: the manifest's shard records.
+    """
+    schema = pa.schema(
+        [("key", pa.string()), ("shard", pa.string())]
+        + [
+            (f"{name}_{what}", pa.int64())
+            for name in ("rgb", "prev", "depth", "meta")
+            for what in ("offset", "size")
+        ]
+        + [
+            (name, pa.list_(pa.float64()) if kind is list else _ARROW[kind])
+            for name, kind in META_FIELDS.items()
+        ]
+    )
+    sink = pa.BufferOutputStream()
+    with pq.ParquetWriter(sink, schema, compression="zstd") as writer:
+        for shard in shards:
+            path = Path(folder) / shard["path"]
+            rows = [_index_row(path, shard["path"], k, m) for k, m in shard_members(path).items()]
+            writer.write_table(pa.Table.from_pylist(rows, schema))
+    write_whole(Path(folder) / INDEX, sink.getvalue().to_pybytes())
+
+
+def _index_row(path: Path, shard: str, key: str, members: Mapping) -> dict:
+    meta = json.loads(read_members(path, {"meta.json": members["meta.json"]})["meta.json"])
+    for name in _MATRICES:
+        meta[name] = [value for row in meta[name] for value in row]
+    row = {"key": key, "shard": shard} | meta
+    for suffix, member in members.items():
+        name = suffix.split(".")[0]
+        row |= {f"{name}_offset": member.offset, f"{name}_size": member.size}
+    return row
+
+
+def read_index(folder: Path, columns: list[str] | None = None) -> pa.Table:
+    """The index of a dataset folder, a row a pair, matrices flattened row by row."""
+    path = Path(folder) / INDEX
+    try:
+        return pq.read_table(path, columns=columns)
+    except FileNotFoundError:
+        raise DatasetError(f"{folder} has no {INDEX}: the run has not finished") from None
+    except (OSError, pa.ArrowException) as error:
+        raise DatasetError(f"{path} cannot be read: {error}") from error
+
+
+def write_card(folder: Path, manifest: Mapping) -> None:
+    """Write the dataset card: what a person who finds the folder needs to know."""
+    recipe, splits = manifest["recipe"], manifest["splits"]
+    size = recipe["camera"]
+    total = sum(splits.values())
+    shares = ", ".join(f"{count} {name}" for name, count in sorted(splits.items()))
+    card = f"""---
+task_categories: [depth-estimation]
+pretty_name: synthdepth {manifest["map"]}, seed {manifest["seed"]}
+configs:
+- config_name: default
+  data_files:
+"""
+    card += "".join(
+        f'  - {{split: {name}, path: "{name}/*.tar"}}\n' for name in sorted(splits, reverse=True)
+    )
+    card += f"""---
+
+# synthdepth: {manifest["map"]}, seed {manifest["seed"]}
+
+{total} pairs ({shares}) of drone frames with metric depth, rendered by synthdepth
+{manifest["software"]["synthdepth"]} from procedural scenes. No scene is in two splits.
+
+* `<key>.rgb.png`: frame t, {size["width"]}x{size["height"]}, 8-bit sRGB.
+* `<key>.prev.png`: frame t-1 of the same flight.
+* `<key>.depth.exr`: channel `Z`, float32 metres, planar, saturated at
+  {recipe["render"]["max_depth_m"]:g} m, sky included. OpenCV misreads it: use OpenEXR, OpenImageIO.
+* `<key>.meta.json`: intrinsics, poses (`world_from_cam`, OpenCV axes), flight, light.
+
+The shards are WebDataset tar files; `index.parquet` has a row a pair with byte offsets, and
+`dataset.json` the recipe, the seeds, the software and every shard's sha256. Check the folder with
+`synthdepth verify`, look at it with `synthdepth preview`.
+"""
+    write_whole(Path(folder) / CARD, card.encode())

@@ -1,0 +1,92 @@
+"""The command line's changes to a recipe."""
+
+import dataclasses
+import re
+import tomllib
+from pathlib import Path
+
+from synthdepth.errors import RecipeError
+from synthdepth.production.recipe import CAMERAS, CameraRecipe, Recipe
+
+
+def with_overrides(
+    recipe: Recipe,
+    *,
+    size: str | None = None,
+    camera: str | None = None,
+    max_depth_m: float | None = None,
+    spp: int | None = None,
+    pairs_per_scene: int | None = None,
+    pairs_per_flight: int | None = None,
+    burst_pairs: int | None = None,
+) -> Recipe:
+    """A recipe with what the user gave instead; what is None stays as it is.
+
+    Args:
+        recipe: the recipe.
+        size: "WIDTHxHEIGHT" in pixels; keeps the field of view.
+        camera: a name of `CAMERAS`, or a TOML file with the keys of `CameraRecipe`.
+        max_depth_m: where the depth saturates.
+        spp: samples a pixel.
+        pairs_per_scene: pairs of one shard.
+        pairs_per_flight: pairs of one flight.
+        burst_pairs: pairs of consecutive frames in a row.
+
+    Raises:
+        RecipeError: a value is not allowed; the message names the option.
+    """
+    if camera is not None:
+        mount = recipe.camera.mount_pitch_deg
+        recipe = dataclasses.replace(recipe, camera=_camera(camera, mount))
+    if size is not None:
+        recipe = dataclasses.replace(recipe, camera=_resized(recipe.camera, size))
+    given = {"max_depth_m": max_depth_m, "spp": spp}
+    recipe = dataclasses.replace(recipe, render=_replaced(recipe.render, given))
+    given = {
+        "pairs_per_scene": pairs_per_scene,
+        "pairs_per_flight": pairs_per_flight,
+        "burst_pairs": burst_pairs,
+    }
+    return dataclasses.replace(recipe, sampling=_replaced(recipe.sampling, given))
+
+
+def _replaced(config, given: dict):
+    for name, value in given.items():
+        if value is not None:
+            try:
+                config = dataclasses.replace(config, **{name: value})
+            except RecipeError as error:
+                raise RecipeError(f"--{name.replace('_', '-')}: {error}") from None
+    return config
+
+
+def _resized(camera: CameraRecipe, size: str) -> CameraRecipe:
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size)
+    if not found:
+        raise RecipeError(f"--size {size}: allowed is WIDTHxHEIGHT in pixels, e.g. 256x256")
+    fov_deg = camera.intrinsics().fov_deg
+    try:
+        return CameraRecipe(
+            width=int(found[1]),
+            height=int(found[2]),
+            fov_deg=fov_deg,
+            mount_pitch_deg=camera.mount_pitch_deg,
+        )
+    except RecipeError as error:
+        raise RecipeError(f"--size {size}: {error}") from None
+
+
+def _camera(name_or_file: str, mount_pitch_deg: tuple[float, float]) -> CameraRecipe:
+    if name_or_file in CAMERAS:
+        return dataclasses.replace(CAMERAS[name_or_file], mount_pitch_deg=mount_pitch_deg)
+    path = Path(name_or_file)
+    if path.suffix != ".toml":
+        raise RecipeError(
+            f"--camera {name_or_file} is unknown: allowed are {', '.join(CAMERAS)}, or a .toml file"
+        )
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise RecipeError(f"--camera {path} cannot be read: {error}") from None
+    table.setdefault("mount_pitch_deg", list(mount_pitch_deg))
+    return CameraRecipe.from_table(table, path.name)

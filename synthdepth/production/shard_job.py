@@ -1,0 +1,276 @@
+"""One shard job: build the scene, fly it, render its pairs, write the shard."""
+
+import contextlib
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from synthdepth.camera import pitch_roll_deg
+from synthdepth.dataset.pair import (
+    SCHEMA_VERSION,
+    encode_pair,
+    encode_png,
+    pair_key,
+    saturate,
+)
+from synthdepth.dataset.shard import ShardWriter, read_members, shard_members
+from synthdepth.flight.clearance import Clearance
+from synthdepth.flight.flight import Flight, draw_flight
+from synthdepth.maps.registry import build_world
+from synthdepth.maps.world import Light
+from synthdepth.production.plan import ShardJob
+from synthdepth.production.recipe import Recipe, SamplingRecipe
+from synthdepth.seeding import lane
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Shot:
+    """One pair to render: which frames of which flight.
+
+    Attributes:
+        flight_index: within the scene.
+        frame_index: frame t within its flight; frame t-1 is the one before.
+        prev_number: running number of frame t-1's picture within the scene, its noise seed.
+        number: likewise of frame t; the frame t-1 of the next pair of a burst.
+    """
+
+    flight_index: int
+    frame_index: int
+    prev_number: int
+    number: int
+
+
+def burst_starts(rng: np.random.Generator, frames: int, sampling: SamplingRecipe) -> np.ndarray:
+    """First frames of a flight's bursts, ascending; bursts never overlap.
+
+    Args:
+        rng: the flight's lane.
+        frames: number of frames of the flight, at least `frames_needed(sampling)`.
+        sampling: burst length and pairs per flight.
+
+    Returns:
+        (bursts,) int64.
+    """
+    length = sampling.burst_pairs + 1
+    bursts = -(-sampling.pairs_per_flight // sampling.burst_pairs)
+    slack = frames - bursts * length
+    return np.sort(rng.integers(0, slack + 1, bursts)) + length * np.arange(bursts)
+
+
+def frames_needed(sampling: SamplingRecipe) -> int:
+    """How many frames a flight must have to hold its bursts."""
+    bursts = -(-sampling.pairs_per_flight // sampling.burst_pairs)
+    return bursts * (sampling.burst_pairs + 1)
+
+
+def shots_of_flight(
+    rng: np.random.Generator, flight_index: int, frames: int, sampling: SamplingRecipe
+) -> list[Shot]:
+    """The pairs of one flight, in order."""
+    length = sampling.burst_pairs + 1
+    first = flight_index * frames_needed(sampling)
+    shots = [
+        Shot(
+            flight_index=flight_index,
+            frame_index=int(start) + k,
+            prev_number=first + burst * length + k - 1,
+            number=first + burst * length + k,
+        )
+        for burst, start in enumerate(burst_starts(rng, frames, sampling))
+        for k in range(1, length)
+    ]
+    return shots[: sampling.pairs_per_flight]
+
+
+@dataclasses.dataclass(kw_only=True)
+class Cost:
+    """Where a shard job's time went [s].
+
+    Attributes:
+        build_s: scene, clearance queries, loading into the renderer.
+        flight_s: drawing flights.
+        render_s: rendering, denoising and depth, one number a pair.
+        encode_s: PNG, EXR and tar.
+    """
+
+    build_s: float = 0.0
+    flight_s: float = 0.0
+    render_s: list[float] = dataclasses.field(default_factory=list)
+    encode_s: float = 0.0
+
+
+def run_shard_job(
+    job: ShardJob, recipe: Recipe, folder: Path, progress: Callable[[int], None]
+) -> dict:
+    """Render one shard and return its record for the manifest.
+
+    Pairs that an earlier, shorter shard of the same scene holds are copied, not rendered again.
+
+    Args:
+        job: which scene, how many pairs.
+        recipe: what it is drawn from.
+        folder: the dataset folder.
+        progress: called with the number of pairs done so far.
+    """
+    cost = Cost()
+    path = Path(folder) / job.path
+    ready = shard_members(path) if path.exists() else {}
+    with ShardWriter(path) as shard:
+        for key, members in ready.items():
+            shard.add(key, read_members(path, members))
+        progress(len(ready))
+        for done, (key, members) in enumerate(
+            _render_pairs(job, recipe, len(ready), cost), start=len(ready) + 1
+        ):
+            with _adding_time(cost, "encode_s"):
+                shard.add(key, members)
+            progress(done)
+    return shard_record(job, shard.sha256, shard.size, cost)
+
+
+def shard_record(job: ShardJob, sha256: str, size: int, cost: Cost | None) -> dict:
+    """A shard's entry in the manifest; `cost` is None where a kill lost it."""
+    spent = None
+    if cost is not None:
+        spent = dataclasses.asdict(cost)
+        spent = {
+            name: [round(s, 4) for s in value] if isinstance(value, list) else round(value, 3)
+            for name, value in spent.items()
+        }
+    return {
+        "path": job.path,
+        "split": job.split,
+        "scene_index": job.scene_index,
+        "scene_seed": job.scene_seed,
+        "pairs": job.pairs,
+        "bytes": size,
+        "sha256": sha256,
+        "cost": spent,
+    }
+
+
+def _render_pairs(
+    job: ShardJob, recipe: Recipe, skip: int, cost: Cost
+) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """The scene's pairs from number `skip` on, each as its key and files."""
+    from synthdepth.render.renderer import Renderer
+
+    with _adding_time(cost, "build_s"):
+        world = build_world(recipe.map, recipe.scene, recipe.light, job.scene_seed)
+        clearance = Clearance(world)
+    with _adding_time(cost, "flight_s"):
+        flights, shots = draw_flights(job.scene_seed, job.pairs, clearance, recipe)
+    with _adding_time(cost, "build_s"):
+        renderer = Renderer(world, recipe.camera.intrinsics(), recipe.render)
+    # The renderer holds its own copy: what is let go here keeps a worker under 2 GB.
+    light = world.light
+    del clearance, world
+
+    # Running numbers, not hashes: the scalar variant repeats its noise modulo 65,536.
+    first = job.scene_index * _pictures_per_scene(recipe.sampling)
+    last_number, last_png = None, b""
+    for shot in shots[skip:]:
+        flight = flights[shot.flight_index]
+        pose, prev_pose = (flight.world_from_cam[shot.frame_index - k] for k in (0, 1))
+        fresh = last_number != shot.prev_number
+        start = time.perf_counter()
+        prev = renderer.rgb(prev_pose, first + shot.prev_number) if fresh else None
+        rgb = renderer.rgb(pose, first + shot.number)
+        depth_m = saturate(renderer.planar_depth(pose), recipe.render.max_depth_m)
+        cost.render_s.append(time.perf_counter() - start)
+        with _adding_time(cost, "encode_s"):
+            rgb_png = encode_png(rgb)
+            members = encode_pair(
+                rgb_png=rgb_png,
+                prev_png=encode_png(prev) if fresh else last_png,
+                depth_m=depth_m,
+                meta=_meta(job, recipe, light, flight, shot, depth_m, renderer.exposure),
+            )
+        last_number, last_png = shot.number, rgb_png
+        yield pair_key(recipe.map, job.scene_index, shot.flight_index, shot.frame_index), members
+
+
+@contextlib.contextmanager
+def _adding_time(cost: Cost, name: str) -> Iterator[None]:
+    start = time.perf_counter()
+    yield
+    setattr(cost, name, getattr(cost, name) + time.perf_counter() - start)
+
+
+def _pictures_per_scene(sampling: SamplingRecipe) -> int:
+    flights = -(-sampling.pairs_per_scene // sampling.pairs_per_flight)
+    return flights * frames_needed(sampling)
+
+
+def draw_flights(
+    scene_seed: int, pairs: int, clearance: Clearance, recipe: Recipe
+) -> tuple[list[Flight], list[Shot]]:
+    """As many of a scene's flights as `pairs` need, and the shots on them, in order.
+
+    Every flight has lanes of its own, so flight 3 is the same whether 4 or 40 are drawn.
+    """
+    sampling = recipe.sampling
+    flights: list[Flight] = []
+    shots: list[Shot] = []
+    while len(shots) < pairs:
+        index = len(flights)
+        flight = draw_flight(
+            lane(scene_seed, "flight", index),
+            clearance,
+            recipe.flight,
+            mount_pitch_deg=recipe.camera.mount_pitch_deg,
+            min_frames=frames_needed(sampling),
+        )
+        flights.append(flight)
+        bursts = lane(scene_seed, "bursts", index)
+        shots += shots_of_flight(bursts, index, len(flight.time_s), sampling)
+    return flights, shots[:pairs]
+
+
+def _meta(
+    job: ShardJob,
+    recipe: Recipe,
+    light: Light,
+    flight: Flight,
+    shot: Shot,
+    depth_m: np.ndarray,
+    exposure: float,
+) -> dict:
+    t, camera = shot.frame_index, recipe.camera.intrinsics()
+    pitch_deg, roll_deg = pitch_roll_deg(flight.world_from_cam[t])
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "map": recipe.map,
+        "split": job.split,
+        "condition": light.condition,
+        "scene_index": job.scene_index,
+        "scene_seed": job.scene_seed,
+        "flight_index": shot.flight_index,
+        "frame_index": t,
+        "time_s": float(flight.time_s[t]),
+        "dt_s": float(flight.time_s[t] - flight.time_s[t - 1]),
+        "width": camera.width,
+        "height": camera.height,
+        "intrinsics": camera.matrix.tolist(),
+        "world_from_cam": flight.world_from_cam[t].tolist(),
+        "world_from_cam_prev": flight.world_from_cam[t - 1].tolist(),
+        "velocity_mps": flight.velocity_mps[t].tolist(),
+        "speed_mps": float(np.linalg.norm(flight.velocity_mps[t])),
+        "altitude_m": float(flight.altitude_m[t]),
+        "clearance_m": float(flight.clearance_m[t]),
+        "pitch_deg": pitch_deg,
+        "roll_deg": roll_deg,
+        "max_depth_m": recipe.render.max_depth_m,
+        "nearest_depth_m": float(depth_m.min()),
+        "median_depth_m": float(np.median(depth_m)),
+        "in_range_share": float(np.mean(depth_m < recipe.render.max_depth_m)),
+        "sun_azimuth_deg": light.sun_azimuth_deg,
+        "sun_elevation_deg": light.sun_elevation_deg,
+        "turbidity": light.turbidity,
+        "visibility_m": light.visibility_m,
+        "exposure": exposure,
+        "spp": recipe.render.spp,
+    }

@@ -1,0 +1,61 @@
+"""Shared by the tests: a renderer for this process, and worlds small enough to reason about."""
+
+import numpy as np
+import pytest
+
+from synthdepth.camera import Intrinsics
+from synthdepth.maps.geometry import quads
+from synthdepth.maps.world import Light, Material, World, assemble
+
+
+@pytest.fixture(scope="session")
+def backend():
+    """The best variant that works here, active in this process."""
+    from synthdepth.render.backend import activate, choose
+
+    chosen = choose()
+    activate(chosen)
+    return chosen
+
+
+@pytest.fixture(scope="session")
+def camera():
+    """64 x 48 pixels, 90 degrees."""
+    return Intrinsics.from_fov(64, 48, 90.0)
+
+
+def flat_world(models, *, materials=None, visibility_m=1e6, sun_elevation_deg=40.0) -> World:
+    """A world of plain materials: `card` is neutral, the tint is the reflectance."""
+    plain = {"card": Material(texture=np.full((2, 2, 3), 255, np.uint8))}
+    light = Light(
+        condition="clear",
+        sun_azimuth_deg=200.0,
+        sun_elevation_deg=sun_elevation_deg,
+        turbidity=3.0,
+        visibility_m=visibility_m,
+        exposure_ev=0.0,
+    )
+    materials = plain | (materials or {})
+    return World(
+        map="test",
+        scene_seed=0,
+        surfaces=assemble(models, materials),
+        materials=materials,
+        light=light,
+        flight_bounds=np.array([[-100.0, -100.0], [100.0, 100.0]]),
+        ground_m=lambda xy: np.zeros(len(xy)),
+    )
+
+
+def ground(reflectance=0.18, half_m=5000.0):
+    """A flat ground at z = 0."""
+    c = half_m
+    corners = [[[-c, -c, 0], [c, -c, 0], [c, c, 0], [-c, c, 0]]]
+    return {("card", "ground"): quads(corners, (reflectance,) * 3)}
+
+
+def wall(x_m, reflectance=0.5, half_m=60.0):
+    """A wall across the x axis at `x_m`, facing the origin, reaching below and above it."""
+    c = half_m
+    corners = [[[x_m, c, -c], [x_m, -c, -c], [x_m, -c, c], [x_m, c, c]]]
+    return {("card", "building"): quads(corners, (reflectance,) * 3)}
