@@ -7,7 +7,7 @@ import pytest
 from synthdepth.errors import SynthdepthError
 from synthdepth.production.plan import plan_shards
 from synthdepth.production.recipe import SamplingRecipe
-from synthdepth.production.shard_job import frames_needed, shots_of_flight
+from synthdepth.production.shard_job import shots_of_flight
 from synthdepth.seeding import lane
 
 
@@ -59,12 +59,12 @@ def test_impossible_counts_are_refused(wrong):
 @pytest.mark.parametrize(("per_flight", "burst"), [(32, 4), (10, 4), (5, 1), (3, 8)])
 def test_bursts_are_consecutive_and_do_not_overlap(per_flight, burst):
     sampling = SamplingRecipe(pairs_per_flight=per_flight, burst_pairs=burst)
-    shots = shots_of_flight(lane(0, "bursts", 0), 2, frames_needed(sampling) + 40, sampling)
+    shots = shots_of_flight(lane(0, "bursts", 0), 2, sampling.frames_per_flight + 40, sampling)
     assert len(shots) == per_flight
     frames = [shot.frame_index for shot in shots]
     assert frames == sorted(set(frames))
     assert min(frames) >= 1
-    assert max(frames) < frames_needed(sampling) + 40
+    assert max(frames) < sampling.frames_per_flight + 40
     # One picture, one number: frame t-1 of a pair inside a burst is frame t of the pair before.
     number_of = {shot.frame_index: shot.number for shot in shots}
     assert len(set(number_of.values())) == per_flight
@@ -75,5 +75,5 @@ def test_bursts_are_consecutive_and_do_not_overlap(per_flight, burst):
 
 def test_a_flight_that_is_just_long_enough_is_used_whole():
     sampling = SamplingRecipe(pairs_per_flight=8, burst_pairs=4)
-    shots = shots_of_flight(lane(0, "bursts", 0), 0, frames_needed(sampling), sampling)
+    shots = shots_of_flight(lane(0, "bursts", 0), 0, sampling.frames_per_flight, sampling)
     assert [shot.frame_index for shot in shots] == [1, 2, 3, 4, 6, 7, 8, 9]

@@ -105,7 +105,7 @@ def copies(part: Geometry, position, *, rotation=None, scale=1.0, tint=None) -> 
     scale = np.broadcast_to(scale[:, None] if scale.ndim == 1 else scale, (k, 3))
     v = part.vertices[None] * scale[:, None, :]
     if rotation is not None:
-        v = np.einsum("kij,knj->kni", np.asarray(rotation, np.float32), v)
+        v = v @ np.asarray(rotation, np.float32).transpose(0, 2, 1)
     v = v + position[:, None, :]
     f = part.faces[None] + (np.arange(k, dtype=np.int32) * np.int32(n))[:, None, None]
     c = np.broadcast_to(part.tint[None], (k, n, 3))

@@ -36,18 +36,16 @@ def with_overrides(
         RecipeError: a value is not allowed; the message names the option.
     """
     if camera is not None:
-        mount = recipe.camera.mount_pitch_deg
-        recipe = dataclasses.replace(recipe, camera=_camera(camera, mount))
+        recipe = dataclasses.replace(recipe, camera=_camera(camera))
     if size is not None:
         recipe = dataclasses.replace(recipe, camera=_resized(recipe.camera, size))
-    given = {"max_depth_m": max_depth_m, "spp": spp}
-    recipe = dataclasses.replace(recipe, render=_replaced(recipe.render, given))
+    render = _replaced(recipe.render, {"max_depth_m": max_depth_m, "spp": spp})
     given = {
         "pairs_per_scene": pairs_per_scene,
         "pairs_per_flight": pairs_per_flight,
         "burst_pairs": burst_pairs,
     }
-    return dataclasses.replace(recipe, sampling=_replaced(recipe.sampling, given))
+    return dataclasses.replace(recipe, render=render, sampling=_replaced(recipe.sampling, given))
 
 
 def _replaced(config, given: dict):
@@ -66,19 +64,14 @@ def _resized(camera: CameraRecipe, size: str) -> CameraRecipe:
         raise RecipeError(f"--size {size}: allowed is WIDTHxHEIGHT in pixels, e.g. 256x256")
     fov_deg = camera.intrinsics().fov_deg
     try:
-        return CameraRecipe(
-            width=int(found[1]),
-            height=int(found[2]),
-            fov_deg=fov_deg,
-            mount_pitch_deg=camera.mount_pitch_deg,
-        )
+        return CameraRecipe(width=int(found[1]), height=int(found[2]), fov_deg=fov_deg)
     except RecipeError as error:
         raise RecipeError(f"--size {size}: {error}") from None
 
 
-def _camera(name_or_file: str, mount_pitch_deg: tuple[float, float]) -> CameraRecipe:
+def _camera(name_or_file: str) -> CameraRecipe:
     if name_or_file in CAMERAS:
-        return dataclasses.replace(CAMERAS[name_or_file], mount_pitch_deg=mount_pitch_deg)
+        return CAMERAS[name_or_file]
     path = Path(name_or_file)
     if path.suffix != ".toml":
         raise RecipeError(
@@ -88,5 +81,4 @@ def _camera(name_or_file: str, mount_pitch_deg: tuple[float, float]) -> CameraRe
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise RecipeError(f"--camera {path} cannot be read: {error}") from None
-    table.setdefault("mount_pitch_deg", list(mount_pitch_deg))
     return CameraRecipe.from_table(table, path.name)

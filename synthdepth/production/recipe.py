@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from synthdepth.camera import Intrinsics
-from synthdepth.config import Config, number, span
+from synthdepth.config import Config, number
 from synthdepth.errors import RecipeError
 from synthdepth.flight.limits import FlightLimits
 from synthdepth.maps.light import LightRanges
@@ -24,7 +24,6 @@ class CameraRecipe(Config):
         fov_deg: horizontal field of view, unless `focal_px` is given.
         focal_px: focal length [px].
         cx, cy: principal point [px]; the image's middle unless given.
-        mount_pitch_deg: drawn per flight; negative looks down.
     """
 
     width: int = number(256, 16, 8192)
@@ -33,7 +32,6 @@ class CameraRecipe(Config):
     focal_px: float | None = number(None, 1, 1e5)
     cx: float | None = number(None, 0, 8192)
     cy: float | None = number(None, 0, 8192)
-    mount_pitch_deg: tuple[float, float] = span((-20, 5), -90, 45)
 
     def intrinsics(self) -> Intrinsics:
         """The intrinsics of every frame."""
@@ -68,6 +66,21 @@ class SamplingRecipe(Config):
     pairs_per_flight: int = number(32, 1, 10_000)
     burst_pairs: int = number(4, 1, 10_000)
 
+    @property
+    def bursts_per_flight(self) -> int:
+        """Number of bursts; the last one may be cut short."""
+        return -(-self.pairs_per_flight // self.burst_pairs)
+
+    @property
+    def frames_per_flight(self) -> int:
+        """Pictures that a flight's bursts take: a burst needs the frame before its first pair."""
+        return self.bursts_per_flight * (self.burst_pairs + 1)
+
+    @property
+    def frames_per_scene(self) -> int:
+        """Pictures that a whole scene takes."""
+        return -(-self.pairs_per_scene // self.pairs_per_flight) * self.frames_per_flight
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Recipe:
@@ -86,6 +99,15 @@ class Recipe:
     camera: CameraRecipe
     sampling: SamplingRecipe
     render: RenderSettings
+
+    def __post_init__(self):
+        shortest = int(self.flight.duration_s[0] / self.flight.frame_interval_s + 1e-6) + 1
+        if self.sampling.frames_per_flight > shortest:
+            raise RecipeError(
+                f"pairs_per_flight = {self.sampling.pairs_per_flight} in bursts of "
+                f"{self.sampling.burst_pairs} takes {self.sampling.frames_per_flight} frames, but "
+                f"the shortest flight (duration_s = {self.flight.duration_s[0]:g} s) has {shortest}"
+            )
 
     def as_dict(self) -> dict:
         """The recipe as plain tables, as the manifest holds it."""

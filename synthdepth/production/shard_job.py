@@ -44,26 +44,17 @@ class Shot:
 
 
 def burst_starts(rng: np.random.Generator, frames: int, sampling: SamplingRecipe) -> np.ndarray:
-    """First frames of a flight's bursts, ascending; bursts never overlap.
+    """First frames of a flight's bursts, (bursts,) int64 ascending; bursts never overlap.
 
     Args:
         rng: the flight's lane.
-        frames: number of frames of the flight, at least `frames_needed(sampling)`.
+        frames: number of frames of the flight, at least `sampling.frames_per_flight`.
         sampling: burst length and pairs per flight.
-
-    Returns:
-        (bursts,) int64.
     """
-    length = sampling.burst_pairs + 1
-    bursts = -(-sampling.pairs_per_flight // sampling.burst_pairs)
-    slack = frames - bursts * length
-    return np.sort(rng.integers(0, slack + 1, bursts)) + length * np.arange(bursts)
-
-
-def frames_needed(sampling: SamplingRecipe) -> int:
-    """How many frames a flight must have to hold its bursts."""
-    bursts = -(-sampling.pairs_per_flight // sampling.burst_pairs)
-    return bursts * (sampling.burst_pairs + 1)
+    bursts = sampling.bursts_per_flight
+    slack = frames - sampling.frames_per_flight
+    gaps = np.sort(rng.integers(0, slack + 1, bursts))
+    return gaps + (sampling.burst_pairs + 1) * np.arange(bursts)
 
 
 def shots_of_flight(
@@ -71,7 +62,7 @@ def shots_of_flight(
 ) -> list[Shot]:
     """The pairs of one flight, in order."""
     length = sampling.burst_pairs + 1
-    first = flight_index * frames_needed(sampling)
+    first = flight_index * sampling.frames_per_flight
     shots = [
         Shot(
             flight_index=flight_index,
@@ -160,7 +151,7 @@ def _render_pairs(
 
     with _adding_time(cost, "build_s"):
         world = build_world(recipe.map, recipe.scene, recipe.light, job.scene_seed)
-        clearance = Clearance(world)
+        clearance = Clearance(world, max_altitude_m=recipe.flight.altitude_m[1])
     with _adding_time(cost, "flight_s"):
         flights, shots = draw_flights(job.scene_seed, job.pairs, clearance, recipe)
     with _adding_time(cost, "build_s"):
@@ -170,11 +161,11 @@ def _render_pairs(
     del clearance, world
 
     # Running numbers, not hashes: the scalar variant repeats its noise modulo 65,536.
-    first = job.scene_index * _pictures_per_scene(recipe.sampling)
+    first = job.scene_index * recipe.sampling.frames_per_scene
     last_number, last_png = None, b""
     for shot in shots[skip:]:
         flight = flights[shot.flight_index]
-        pose, prev_pose = (flight.world_from_cam[shot.frame_index - k] for k in (0, 1))
+        pose, prev_pose = (flight.state.world_from_cam[shot.frame_index - k] for k in (0, 1))
         fresh = last_number != shot.prev_number
         start = time.perf_counter()
         prev = renderer.rgb(prev_pose, first + shot.prev_number) if fresh else None
@@ -200,11 +191,6 @@ def _adding_time(cost: Cost, name: str) -> Iterator[None]:
     setattr(cost, name, getattr(cost, name) + time.perf_counter() - start)
 
 
-def _pictures_per_scene(sampling: SamplingRecipe) -> int:
-    flights = -(-sampling.pairs_per_scene // sampling.pairs_per_flight)
-    return flights * frames_needed(sampling)
-
-
 def draw_flights(
     scene_seed: int, pairs: int, clearance: Clearance, recipe: Recipe
 ) -> tuple[list[Flight], list[Shot]]:
@@ -217,13 +203,7 @@ def draw_flights(
     shots: list[Shot] = []
     while len(shots) < pairs:
         index = len(flights)
-        flight = draw_flight(
-            lane(scene_seed, "flight", index),
-            clearance,
-            recipe.flight,
-            mount_pitch_deg=recipe.camera.mount_pitch_deg,
-            min_frames=frames_needed(sampling),
-        )
+        flight = draw_flight(lane(scene_seed, "flight", index), clearance, recipe.flight)
         flights.append(flight)
         bursts = lane(scene_seed, "bursts", index)
         shots += shots_of_flight(bursts, index, len(flight.time_s), sampling)
@@ -240,7 +220,7 @@ def _meta(
     exposure: float,
 ) -> dict:
     t, camera = shot.frame_index, recipe.camera.intrinsics()
-    pitch_deg, roll_deg = pitch_roll_deg(flight.world_from_cam[t])
+    pitch_deg, roll_deg = pitch_roll_deg(flight.state.world_from_cam[t])
     return {
         "schema_version": SCHEMA_VERSION,
         "map": recipe.map,
@@ -255,10 +235,10 @@ def _meta(
         "width": camera.width,
         "height": camera.height,
         "intrinsics": camera.matrix.tolist(),
-        "world_from_cam": flight.world_from_cam[t].tolist(),
-        "world_from_cam_prev": flight.world_from_cam[t - 1].tolist(),
-        "velocity_mps": flight.velocity_mps[t].tolist(),
-        "speed_mps": float(np.linalg.norm(flight.velocity_mps[t])),
+        "world_from_cam": flight.state.world_from_cam[t].tolist(),
+        "world_from_cam_prev": flight.state.world_from_cam[t - 1].tolist(),
+        "velocity_mps": flight.state.velocity_mps[t].tolist(),
+        "speed_mps": float(np.linalg.norm(flight.state.velocity_mps[t])),
         "altitude_m": float(flight.altitude_m[t]),
         "clearance_m": float(flight.clearance_m[t]),
         "pitch_deg": pitch_deg,
