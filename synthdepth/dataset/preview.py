@@ -96,8 +96,7 @@ def _histogram(pairs: list[Pair], width: int) -> np.ndarray:
     top = pairs[0].meta["max_depth_m"]
     edges = [edge for edge in _BANDS_M if edge < top] + [top]
     shares = [
-        float(np.mean((depth >= low) & (depth < high)))
-        for low, high in itertools.pairwise(edges)
+        float(np.mean((depth >= low) & (depth < high))) for low, high in itertools.pairwise(edges)
     ]
     names = [f"{a:g}-{b:g} m" for a, b in itertools.pairwise(edges)]
     shares.append(float(np.mean(depth >= top)))

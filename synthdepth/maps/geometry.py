@@ -142,9 +142,10 @@ def quads(corners, tint=(1.0, 1.0, 1.0), uv_origin=(0.0, 0.0)) -> Geometry:
     width = np.linalg.norm(p[:, 1] - p[:, 0], axis=1)
     height = np.linalg.norm(p[:, 3] - p[:, 0], axis=1)
     o = np.zeros(k)
-    uv = np.stack(
-        [np.stack([o, width, width, o], 1), np.stack([o, o, height, height], 1)], axis=-1
-    ) + np.broadcast_to(np.asarray(uv_origin, np.float64), (k, 2))[:, None]
+    uv = (
+        np.stack([np.stack([o, width, width, o], 1), np.stack([o, o, height, height], 1)], axis=-1)
+        + np.broadcast_to(np.asarray(uv_origin, np.float64), (k, 2))[:, None]
+    )
     first = 4 * np.arange(k)[:, None]
     faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]], axis=1)
     c = np.repeat(np.broadcast_to(np.asarray(tint, np.float32), (k, 3)), 4, axis=0)

@@ -46,14 +46,14 @@ class NeighborhoodRanges(Config):
     house_styles: tuple[float, float] = span((4, 7), 1, len(STYLES))
     trees_per_lot: tuple[float, float] = span((1, 3.5), 0, 8)
     street_tree_spacing_m: tuple[float, float] = span((9, 22), 5, 500)
-    fenced_share: tuple[float, float] = span((0.5, 0.95), 0, 1)
+    fenced_share: tuple[float, float] = span((0.35, 0.8), 0, 1)
     front_fence_share: tuple[float, float] = span((0.05, 0.4), 0, 1)
     hedge_share: tuple[float, float] = span((0.1, 0.4), 0, 1)
     garden_items_per_lot: tuple[float, float] = span((0.8, 2.5), 0, 8)
-    parked_share: tuple[float, float] = span((0.05, 0.2), 0, 1)
+    parked_share: tuple[float, float] = span((0.03, 0.15), 0, 1)
     utility_line_share: tuple[float, float] = span((0.5, 1), 0, 1)
     lamp_spacing_m: tuple[float, float] = span((28, 42), 10, 500)
-    flight_area_m: float = number(500.0, 150, 900)
+    flight_area_m: float = number(400.0, 150, 900)
 
 
 # Which trees a scene grows: one mix is drawn, so that suburbs differ in what grows there.
@@ -146,7 +146,7 @@ def neighborhood(scene_seed: int, ranges: NeighborhoodRanges, light: Light) -> W
     bounds = np.array([[-half, -half], [half, half]])
 
     lots = [
-        plan_lot(lane(scene_seed, "lot", index), lot, plan, town)
+        plan_lot(lane(scene_seed, "lot", index), lot, plan, town, bounds)
         for index, lot in enumerate(plan.lots)
     ]
     paved = [polygon for lot in lots for polygon in lot.paved]
@@ -211,6 +211,6 @@ def _greenery(
 
     rng = lane(scene_seed, "tufts")
     edges = np.concatenate([lot.tufts for lot in lots] + [streetscape.tufts])
-    near = edges[distance_to(bounds, edges) <= 8.0]
+    near = edges[distance_to(bounds, edges) <= 0.0]
     models.append(grass_tufts(rng, on_ground(terrain, near), rng.uniform(0.08, 0.3, len(near))))
     return models

@@ -1,5 +1,7 @@
 """Setting things down: on the ground, along lines, within free space."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
@@ -62,3 +64,9 @@ def points_within(
         keep[pairs.max(axis=1)] = False
         tries = tries[keep]
     return tries[:count]
+
+
+def pick(rng: np.random.Generator, weights: Mapping[str, float]) -> str:
+    """One of the names, drawn by weight."""
+    share = np.array(list(weights.values()), float)
+    return str(rng.choice(list(weights), p=share / share.sum()))

@@ -58,7 +58,7 @@ SHRUBS = {
 }  # fmt: skip
 
 # (distance [m] from the flights' region, share of the clumps kept)
-DETAILS = ((-1.0, 1.0), (40.0, 0.35), (150.0, 0.1))
+DETAILS = ((-1.0, 1.0), (8.0, 0.35), (60.0, 0.1))
 
 
 def _detail(near_m, count: int) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""Our two Mitsuba plugins: the tinted texture, and the camera integrator with guides and haze.
+"""Our Mitsuba texture: looks a surface's colour up in the world's atlas.
 
-They are defined inside a function because their base classes exist only once a variant is set.
+It is defined inside a function because its base class exists only once a variant is set.
 """
 
 import functools
@@ -8,72 +8,51 @@ import functools
 import drjit as dr
 import mitsuba as mi
 
-# Contrast at the meteorological visibility is 2 %: exp(-KOSCHMIEDER) (Koschmieder 1924).
-KOSCHMIEDER = 3.912
-# Thickness of the hazy layer seen from below: limits the haze in front of the sky.
-_HAZE_LAYER_M = 1000.0
-_HORIZON_M = 1e5
+from synthdepth.render.atlas import Atlas
 
 
 @functools.cache
-def register_plugins() -> None:
-    """Make `tinted` and `camera_path` known to the active variant; done once a process."""
+def atlas_texture_class() -> type:
+    """The texture class, for the active variant."""
 
-    class Tinted(mi.Texture):
-        """A bitmap times a mesh attribute: thousands of colours from one material."""
+    class AtlasTexture(mi.Texture):
+        """The face's tile of the atlas, repeated, times the vertices' tint."""
 
         def __init__(self, props):
             mi.Texture.__init__(self, props)
-            self.base, self.tint = props["base"], props["tint"]
+            self.image = self.tiles = None
+
+        def load(self, atlas: Atlas) -> None:
+            """Give the texture its atlas."""
+            self.image = mi.Texture2f(
+                mi.TensorXf(atlas.image),
+                wrap_mode=dr.WrapMode.Clamp,
+                filter_mode=dr.FilterMode.Linear,
+            )
+            self.tiles = mi.Float(atlas.tiles.ravel())
 
         def eval(self, si, active=True):
-            return self.base.eval(si, active) * self.tint.eval(si, active)
+            number = mi.UInt32(si.shape.eval_attribute_1("face_material", si, active))
+            tint = si.shape.eval_attribute_3("vertex_tint", si, active)
+            tile = dr.gather(mi.Vector4f, self.tiles, number, active)
+            repeat = si.uv - dr.floor(si.uv)
+            at = mi.Point2f(tile.x + repeat.x * tile.z, tile.y + repeat.y * tile.w)
+            colour = self.image.eval(at, active)
+            return mi.Color3f(colour[0], colour[1], colour[2]) * mi.Color3f(tint)
 
         def mean(self):
-            return self.base.mean()
+            return mi.Float(0.5)
 
         def is_spatially_varying(self):
             return True
 
-    class CameraPath(mi.SamplingIntegrator):
-        """Radiance through haze, with first-hit albedo and normal as guides, in one kernel.
+    mi.register_texture("synthdepth_atlas", AtlasTexture)
+    return AtlasTexture
 
-        Channels 3-5 hold the albedo, 6-8 the normal. The guides go through the same haze as the
-        radiance, so that the denoiser does not look for texture where the air hides it.
-        """
 
-        def __init__(self, props):
-            mi.SamplingIntegrator.__init__(self, props)
-            self.path = mi.load_dict({"type": "path", "max_depth": props["max_depth"]})
-            # Set inside the frozen call, so that a new scene's air compiles nothing.
-            self.visibility_m = self.radiance_limit = None
-
-        def sample(self, scene, sampler, ray, medium=None, active=True):
-            radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
-            hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
-            si = hit.compute_surface_interaction(ray, mi.RayFlags.All, active)
-            found = si.is_valid()
-
-            albedo = si.bsdf(ray).eval_diffuse_reflectance(si, found & active)
-            sky_m = _HAZE_LAYER_M / dr.maximum(ray.d.z, 0.02)
-            distance_m = dr.select(found, si.t, dr.minimum(sky_m, _HORIZON_M))
-            clear = dr.exp(-KOSCHMIEDER / self.visibility_m * distance_m)
-            # Airlight: the sky just above the horizon in the same direction.
-            level = mi.Vector3f(ray.d.x, ray.d.y, 0.0)
-            level = dr.normalize(level + mi.Vector3f(1e-6, 0, 0))
-            sky = dr.zeros(mi.SurfaceInteraction3f)
-            sky.wi = -dr.normalize(level + mi.Vector3f(0, 0, 0.05))
-            air = scene.environment().eval(sky, active)
-            radiance = dr.minimum(radiance, self.radiance_limit)
-            radiance = dr.lerp(air, radiance, clear)
-
-            guide = dr.select(found, dr.lerp(1.0, albedo, clear), 1.0)
-            normal = dr.select(found, si.sh_frame.n * clear, 0.0)
-            channels = [guide.x, guide.y, guide.z, normal.x, normal.y, normal.z]
-            return radiance, valid, channels
-
-        def aov_names(self):
-            return ["albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z"]
-
-    mi.register_texture("tinted", Tinted)
-    mi.register_integrator("camera_path", CameraPath)
+def atlas_texture(atlas: Atlas) -> "mi.Texture":
+    """A texture that shows an atlas."""
+    atlas_texture_class()
+    texture = mi.load_dict({"type": "synthdepth_atlas"})
+    texture.load(atlas)
+    return texture

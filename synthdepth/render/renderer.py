@@ -8,14 +8,20 @@ from mitsuba_oidn import Quality, denoise
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.world import World
 from synthdepth.render.colour import to_uint8
+from synthdepth.render.integrate import camera_samples
 from synthdepth.render.scene import build_scene, to_world
 from synthdepth.render.settings import RenderSettings
 
-MAX_DEPTH = 4
 # A sample brighter than this many sunlit white cards is a firefly, not picture content.
 _FIREFLY_WHITES = 20.0
-# Share of the range to white that a sunlit white card reaches at a correct exposure.
-_WHITE_LEVEL = 0.9
+# Display-linear value of a sunlit white card at a correct exposure. Above 1, as cameras expose for
+# a world that is much darker than a white card; the shoulder keeps its highlights.
+_WHITE_LEVEL = 1.7
+
+
+def _frozen(function):
+    """The function with its kernels recorded once, where the variant compiles any."""
+    return dr.freeze(function) if dr.is_jit_v(mi.Float) else function
 
 
 class Renderer:
@@ -26,21 +32,28 @@ class Renderer:
         camera: intrinsics; fx and fy must be equal.
         settings: samples and denoising.
 
-    `synthdepth.render.backend.activate` must have been called in this process.
+    `synthdepth.render.backend.activate` must have been called in this process. One world a process:
+    Dr.Jit compiles virtual calls over every object that was ever loaded, so that a second world
+    makes both slow.
     """
 
     def __init__(self, world: World, camera: Intrinsics, settings: RenderSettings):
-        self.camera, self.settings = camera, settings
+        self.camera = camera
         self.scene = build_scene(world, camera)
         self._params = mi.traverse(self.scene)
-        self._integrator = mi.load_dict({"type": "camera_path", "max_depth": MAX_DEPTH})
-        self._visibility_m = dr.opaque(mi.Float, world.light.visibility_m)
         self._rays = camera.rays().reshape(-1, 3)
         white = self._white_radiance()
+        self._visibility_m = dr.opaque(mi.Float, world.light.visibility_m)
         self._radiance_limit = dr.opaque(mi.Float, _FIREFLY_WHITES * white)
         self.exposure = float(_WHITE_LEVEL / white * 2.0**world.light.exposure_ev)
-        self._render = dr.freeze(self._render_once) if dr.is_jit_v(mi.Float) else self._render_once
-        self._trace = dr.freeze(self._trace_once) if dr.is_jit_v(mi.Float) else self._trace_once
+        self._trace = _frozen(self._trace_once)
+        self.set_settings(settings)
+
+    def set_settings(self, settings: RenderSettings) -> None:
+        """Render with other samples or denoising from now on; compiles a new kernel."""
+        self.settings = settings
+        self._sampler = mi.load_dict({"type": "independent", "sample_count": settings.spp})
+        self._samples = _frozen(self._samples_once)
 
     def _white_radiance(self) -> float:
         """Radiance of a white card lying in the open: irradiance of sun and sky over pi."""
@@ -59,15 +72,14 @@ class Renderer:
             total += mi.luminance(mi.Color3f(weight)) * max(found.d.z, 0)
         return total / len(grid) / np.pi
 
-    def _render_once(self, scene, seed, visibility_m, radiance_limit):
-        self._integrator.visibility_m = visibility_m
-        self._integrator.radiance_limit = radiance_limit
-        return self._integrator.render(
-            scene, scene.sensors()[0], seed=seed, spp=self.settings.spp, develop=True
+    def _samples_once(self, scene, seed, visibility_m, radiance_limit):
+        size = (self.camera.width, self.camera.height)
+        return camera_samples(
+            scene, self._sampler, seed, size, self.settings, visibility_m, radiance_limit
         )
 
-    def radiance(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
-        """Radiance before exposure, (H, W, 3) float32, denoised as the settings say.
+    def noisy(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
+        """Radiance, guide albedo and guide normal before denoising, (H, W, 9) float32.
 
         Args:
             world_from_cam: (4, 4) pose.
@@ -75,10 +87,15 @@ class Renderer:
         """
         self._params["camera.to_world"] = to_world(world_from_cam)
         self._params.update()
-        image = self._render(
+        channels = self._samples(
             self.scene, dr.opaque(mi.UInt32, seed), self._visibility_m, self._radiance_limit
         )
-        noisy = image.numpy()
+        stacked = np.stack([channel.numpy() for channel in channels], axis=-1)
+        return stacked.reshape(self.camera.height, self.camera.width, 9)
+
+    def radiance(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
+        """Radiance before exposure, (H, W, 3) float32, denoised as the settings say."""
+        noisy = self.noisy(world_from_cam, seed)
         colour = np.ascontiguousarray(noisy[..., :3])
         if self.settings.denoise == "off":
             return colour

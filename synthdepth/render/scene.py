@@ -1,12 +1,15 @@
 """World -> Mitsuba scene: meshes, materials, sky, camera. The one place that creates meshes."""
 
+from collections.abc import Mapping
+
 import mitsuba as mi
 import numpy as np
 
 from synthdepth.camera import Intrinsics
-from synthdepth.maps.geometry import Geometry, vertex_normals
-from synthdepth.maps.world import Material, World
-from synthdepth.render.plugins import register_plugins
+from synthdepth.maps.geometry import join, vertex_normals
+from synthdepth.maps.world import LABELS, World
+from synthdepth.render.atlas import pack
+from synthdepth.render.plugins import atlas_texture
 
 # Mitsuba's camera looks along +Z with x left and y up; OpenCV's has x right and y down.
 _OPENCV_FROM_MITSUBA = np.diag([-1.0, -1.0, 1.0, 1.0])
@@ -21,70 +24,81 @@ def to_world(world_from_cam: np.ndarray) -> mi.Transform4f:
 def build_scene(world: World, camera: Intrinsics) -> mi.Scene:
     """The scene of a world with a `sunsky` light and a pinhole camera (pose still to be set).
 
-    Meshes are one per material and label, never instances: tracing instances in the JIT variants
-    costs seconds a frame. Vertex normals only where the material is smooth.
+    Meshes are one per way of reflecting light, never instances: tracing instances in the JIT
+    variants costs seconds a frame. What material and label a face has are attributes of the mesh.
     """
-    register_plugins()
-    bsdfs = {name: _bsdf(material) for name, material in world.materials.items()}
-    scene = {
-        "type": "scene",
-        "sky": _sky(world),
-        "camera": _camera(camera),
-    }
-    for number, ((material, label), part) in enumerate(world.surfaces.items()):
-        scene[f"surface_{number:03d}"] = _mesh(
-            f"{material}.{label}", part, bsdfs[material], world.materials[material]
+    texture = atlas_texture(atlas := pack(world.materials))
+    groups: dict[tuple, list[tuple[str, str]]] = {}
+    for key in world.surfaces:
+        material = world.materials[key[0]]
+        look = (material.kind, material.roughness if material.kind != "diffuse" else 0.0)
+        groups.setdefault((*look, material.smooth), []).append(key)
+    bsdfs = {look[:2]: _bsdf(*look[:2], texture) for look in groups}
+    scene = {"type": "scene", "sky": _sky(world), "camera": _camera(camera)}
+    for number, (look, keys) in enumerate(groups.items()):
+        scene[f"surface_{number:02d}"] = _mesh(
+            f"surface_{number:02d}", world, keys, atlas.index, bsdfs[look[:2]], smooth=look[2]
         )
     return mi.load_dict(scene)
 
 
-def _mesh(name: str, part: Geometry, bsdf: mi.BSDF, material: Material) -> mi.Mesh:
+def _mesh(
+    name: str,
+    world: World,
+    keys: list[tuple[str, str]],
+    index: Mapping[str, int],
+    bsdf: mi.BSDF,
+    smooth: bool,
+) -> mi.Mesh:
+    """One mesh of some of the world's surfaces, (material, label) each."""
+    parts = [world.surfaces[key] for key in keys]
+    counts = [len(part.faces) for part in parts]
+    whole = join(parts)
+    # Metres -> repeats of the texture; v flipped, because its first row is the top.
+    repeats = [1 / np.asarray(world.materials[material].size_m) for material, _ in keys]
+    scale = np.repeat(np.float32(repeats), [len(part.vertices) for part in parts], axis=0)
+    uv = whole.uv * scale * np.float32([1, -1])
     properties = mi.Properties()
     properties["bsdf"] = bsdf
     mesh = mi.Mesh(
         name,
-        vertex_count=len(part.vertices),
-        face_count=len(part.faces),
+        vertex_count=len(whole.vertices),
+        face_count=len(whole.faces),
         props=properties,
-        has_vertex_normals=material.smooth,
+        has_vertex_normals=smooth,
         has_vertex_texcoords=True,
     )
-    mesh.add_attribute("vertex_tint", 3, np.ascontiguousarray(part.tint, np.float32).ravel())
-    # Metres -> repeats of the texture; v flipped, because its first row is the top.
-    uv = part.uv / np.asarray(material.size_m, np.float32) * np.float32([1, -1])
+    attributes = {
+        "vertex_tint": (3, whole.tint.ravel()),
+        "face_material": (1, np.repeat(np.float32([index[m] for m, _ in keys]), counts)),
+        "face_label": (1, np.repeat(np.float32([LABELS[label] for _, label in keys]), counts)),
+    }
+    for attribute, (channels, values) in attributes.items():
+        mesh.add_attribute(attribute, channels, values)
     params = mi.traverse(mesh)
-    params["vertex_positions"] = np.ascontiguousarray(part.vertices, np.float32).ravel()
-    params["faces"] = np.ascontiguousarray(part.faces, np.uint32).ravel()
-    params["vertex_texcoords"] = np.ascontiguousarray(uv, np.float32).ravel()
-    if material.smooth:
-        params["vertex_normals"] = vertex_normals(part.vertices, part.faces).ravel()
+    params["vertex_positions"] = whole.vertices.ravel()
+    params["faces"] = whole.faces.astype(np.uint32).ravel()
+    params["vertex_texcoords"] = uv.ravel()
+    if smooth:
+        params["vertex_normals"] = vertex_normals(whole.vertices, whole.faces).ravel()
     params.update()
     return mesh
 
 
-def _bsdf(material: Material) -> mi.BSDF:
-    reflectance = {
-        "type": "tinted",
-        "base": {
-            "type": "bitmap",
-            "bitmap": mi.Bitmap(np.ascontiguousarray(material.texture)),
-            "wrap_mode": "repeat",
-        },
-        "tint": {"type": "mesh_attribute", "name": "vertex_tint"},
-    }
-    alpha = max(material.roughness, 0.02)
+def _bsdf(kind: str, roughness: float, texture: mi.Texture) -> mi.BSDF:
+    alpha = max(roughness, 0.02)
     nested = {
-        "diffuse": {"type": "diffuse", "reflectance": reflectance},
-        "plastic": {"type": "roughplastic", "diffuse_reflectance": reflectance, "alpha": alpha},
-        "glass": {"type": "roughplastic", "diffuse_reflectance": reflectance, "alpha": alpha},
+        "diffuse": {"type": "diffuse", "reflectance": texture},
+        "plastic": {"type": "roughplastic", "diffuse_reflectance": texture, "alpha": alpha},
+        "glass": {"type": "roughplastic", "diffuse_reflectance": texture, "alpha": alpha},
         "metal": {
             "type": "roughconductor",
             "material": "Al",
-            "specular_reflectance": reflectance,
+            "specular_reflectance": texture,
             "alpha": alpha,
         },
     }
-    return mi.load_dict({"type": "twosided", "inside": nested[material.kind]})
+    return mi.load_dict({"type": "twosided", "inside": nested[kind]})
 
 
 def _sky(world: World) -> dict:
