@@ -2,8 +2,8 @@
 
     python tools/render_quality.py --views 3 --json quality.json
 
-References have paths of up to 8 segments, so that what a shorter path loses counts as error. PSNR is
-taken on the 8-bit sRGB frames, after tone mapping.
+References have paths of up to 8 segments, so that what a shorter path loses counts as error. PSNR
+is taken on the 8-bit sRGB frames, after tone mapping.
 """
 
 import dataclasses
@@ -20,7 +20,6 @@ from synthdepth.production.recipe import load_recipe
 from synthdepth.production.shard_job import draw_flights
 from synthdepth.render.backend import activate, choose
 from synthdepth.render.colour import to_uint8
-from synthdepth.render.renderer import Renderer
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import derive_seed
 
@@ -53,6 +52,8 @@ def psnr(image: np.ndarray, reference: np.ndarray) -> float:
 
 def main(options: Options) -> None:
     activate(choose(), options.threads)
+    from synthdepth.render.renderer import Renderer
+
     recipe = load_recipe(options.map)
     scene_seed = derive_seed(options.seed, recipe.map, 0)
     world = build_world(recipe.map, recipe.scene, recipe.light, scene_seed)

@@ -10,6 +10,7 @@ import numpy as np
 
 from synthdepth.maps.foliage import arcs, directions, unit
 from synthdepth.maps.tree_species import Species, Tree, species_named
+from synthdepth.seeding import lane
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -298,7 +299,7 @@ def _fronds(rng: np.random.Generator, tree: Tree, kind: Species, trunk: Wood):
 def grow(tree: Tree) -> tuple[list[Wood], Crown]:
     """Trunk and branches, coarsest first, and the leaf clumps."""
     kind = species_named(tree.species)
-    rng = np.random.default_rng(tree.seed)
+    rng = lane(tree.seed, "tree")
     trunk = _trunk(rng, tree, kind)
     if kind.habit == "whorls":
         branches, crown = _whorls(rng, tree, kind, trunk)

@@ -177,4 +177,7 @@ def recipe_from_table(table: Mapping, where: str) -> Recipe:
         for name, kind in _SECTIONS.items()
     }
     scene = MAPS[map_name].ranges.from_table(table.get("scene", {}), f"{where}: [scene]")
-    return Recipe(map=map_name, scene=scene, **parts)
+    try:
+        return Recipe(map=map_name, scene=scene, **parts)
+    except RecipeError as error:
+        raise RecipeError(f"{where}: {error}") from None

@@ -172,7 +172,21 @@ def choose(name: str | None = None) -> Backend:
 
 
 def activate(backend: Backend, threads: int | None = None) -> None:
-    """Make Mitsuba use a backend in this process, before any scene is made."""
+    """Make Mitsuba use a backend in this process.
+
+    Call it before anything imports Dr.Jit (`synthdepth.render.renderer` does): Dr.Jit loads libLLVM
+    as it is imported, and a wrong one aborts the process at the first kernel.
+
+    Raises:
+        BackendError: too late for that, or another variant is active.
+    """
+    chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
+    if backend.library and "drjit" in sys.modules and chosen != backend.library:
+        raise BackendError(
+            "drjit was imported before its libLLVM was chosen: call "
+            "synthdepth.render.backend.activate first, or set "
+            f"DRJIT_LIBLLVM_PATH={backend.library}"
+        )
     if backend.library:
         os.environ["DRJIT_LIBLLVM_PATH"] = backend.library
     import drjit as dr

@@ -1,5 +1,8 @@
 """World -> Mitsuba scene: meshes, materials, sky, camera. The one place that creates meshes."""
 
+# Annotations stay text: Mitsuba has no types before a variant is set.
+from __future__ import annotations
+
 from collections.abc import Mapping
 
 import mitsuba as mi

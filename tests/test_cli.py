@@ -1,0 +1,78 @@
+"""The command line: exit codes, and one line for whatever is wrong."""
+
+import json
+import os
+
+import pytest
+
+from synthdepth.cli import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ([], "Expected one of"),
+        (["rendr"], "Unrecognized options: rendr"),
+        (["render", "--map", "neighborhood"], "--pairs"),
+        (["render", "--map", "neighborhood", "--pairs", "many"], "--pairs"),
+        (["render", "--map", "moon", "--pairs", "4"], "the maps are neighborhood"),
+        (["render", "--map", "neighborhood", "--pairs", "0"], "--pairs 0: allowed is"),
+        (["render", "--map", "neighborhood", "--pairs", "-2"], "--pairs -2: allowed is"),
+        (["render", "--map", "neighborhood", "--pairs", "4", "--size", "big"], "--size big"),
+        (["render", "--map", "neighborhood", "--pairs", "4", "--seed", "-1"], "--seed -1"),
+        (["render", "--map", "neighborhood", "--pairs", "4", "--workers", "0"], "--workers 0"),
+        (["render", "--map", "neighborhood", "--pairs", "4", "--variant", "gpu"], "variant"),
+        (
+            ["render", "--map", "neighborhood", "--pairs", "4", "--train-share", "2"],
+            "--train-share",
+        ),
+        (["verify", "nowhere"], "nowhere holds no dataset"),
+        (["preview", "nowhere"], "nowhere holds no dataset"),
+        (["scene", "--map", "neighborhood", "--seed", "1", "--out", "x.obj"], "ends in .glb"),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_2(arguments, complaint, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    assert complaint in told
+    assert told.startswith("synthdepth: ")
+    assert told.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_is_one_line(capsys, tmp_path):
+    tmp_path.chmod(0o500)
+    target = str(tmp_path / "set")
+    assert main(["render", "--map", "neighborhood", "--pairs", "1", "--out", target]) == 2
+    assert "cannot write" in capsys.readouterr().err
+
+
+def test_an_out_that_is_a_file_is_one_line(capsys, tmp_path):
+    target = tmp_path / "set"
+    target.write_text("a file")
+    assert main(["render", "--map", "neighborhood", "--pairs", "1", "--out", str(target)]) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert target.read_text() == "a file"
+
+
+def test_maps_lists_the_maps(capsys, tmp_path):
+    assert main(["maps", "--json", str(tmp_path / "maps.json")]) == 0
+    assert "neighborhood" in capsys.readouterr().out
+    assert "suburb" in json.loads((tmp_path / "maps.json").read_text())["neighborhood"]["summary"]
+
+
+def test_doctor_says_what_renders(capsys):
+    assert main(["doctor"]) == 0
+    told = capsys.readouterr().out
+    assert "renders with" in told
+    assert "cores" in told
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["--help"])
+    assert stopped.value.code == 0
+    told = capsys.readouterr().out
+    assert all(name in told for name in ("render", "maps", "scene", "preview", "verify", "doctor"))
