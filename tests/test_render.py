@@ -125,7 +125,7 @@ def test_denoising_brings_a_frame_nearer_to_the_converged_one(camera):
     def error(image):
         return np.mean((tone_map(image, 3.0) - tone_map(truth, 3.0)) ** 2)
 
-    assert error(clean) < 0.5 * error(noisy)
+    assert error(clean) < 0.7 * error(noisy)
 
 
 def test_tone_curve_is_linear_then_rolls_off_to_one():

@@ -108,10 +108,8 @@ class Pair:
 
 def camera_of(meta: Mapping) -> Intrinsics:
     """The intrinsics that a `meta.json` holds."""
-    k = np.array(meta["intrinsics"], np.float64)
-    return Intrinsics(
-        width=meta["width"], height=meta["height"], fx=k[0, 0], fy=k[1, 1], cx=k[0, 2], cy=k[1, 2]
-    )
+    (fx, _, cx), (_, fy, cy), _ = meta["intrinsics"]
+    return Intrinsics(width=meta["width"], height=meta["height"], fx=fx, fy=fy, cx=cx, cy=cy)
 
 
 def encode_pair(

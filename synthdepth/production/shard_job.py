@@ -147,18 +147,19 @@ def _render_pairs(
     job: ShardJob, recipe: Recipe, skip: int, cost: Cost
 ) -> Iterator[tuple[str, dict[str, bytes]]]:
     """The scene's pairs from number `skip` on, each as its key and files."""
-    from synthdepth.render.renderer import Renderer
+    from synthdepth.render.renderer import load_world
 
     with _adding_time(cost, "build_s"):
         world = build_world(recipe.map, recipe.scene, recipe.light, job.scene_seed)
         clearance = Clearance(world, max_altitude_m=recipe.flight.altitude_m[1])
     with _adding_time(cost, "flight_s"):
         flights, shots = draw_flights(job.scene_seed, job.pairs, clearance, recipe)
+    # What is let go as soon as it has served keeps a worker under 2 GB.
+    del clearance
     with _adding_time(cost, "build_s"):
-        renderer = Renderer(world, recipe.camera.intrinsics(), recipe.render)
-    # The renderer holds its own copy: what is let go here keeps a worker under 2 GB.
+        renderer = load_world(world, recipe.camera.intrinsics(), recipe.render)
     light = world.light
-    del clearance, world
+    del world
 
     # Running numbers, not hashes: the scalar variant repeats its noise modulo 65,536.
     first = job.scene_index * recipe.sampling.frames_per_scene

@@ -30,6 +30,12 @@ class Atlas:
     tiles: np.ndarray
     index: Mapping[str, int]
 
+    def mean(self, material: str) -> np.ndarray:
+        """Mean colour of a material's texture, (3,) float32 linear RGB."""
+        size = np.tile(self.image.shape[1::-1], 2)
+        left, top, w, h = np.round(self.tiles[self.index[material]] * size).astype(int)
+        return self.image[top : top + h, left : left + w].mean(axis=(0, 1))
+
 
 def srgb_to_linear(srgb: np.ndarray) -> np.ndarray:
     """Linear values (float32) of sRGB ones in 0 to 255 (IEC 61966-2-1)."""

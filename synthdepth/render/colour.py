@@ -4,6 +4,8 @@ import numpy as np
 
 # Where the highlights begin to roll off; below it the camera is linear.
 SHOULDER = 0.6
+# Weights of linear sRGB in luminance (ITU-R BT.709).
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def tone_map(radiance: np.ndarray, exposure: float) -> np.ndarray:

@@ -1,5 +1,8 @@
 """Pictures and ground truth of a world: what a worker calls once a frame."""
 
+# Annotations stay text: Mitsuba has no types before a variant is set.
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -7,9 +10,9 @@ from mitsuba_oidn import Quality, denoise
 
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.world import World
-from synthdepth.render.colour import to_uint8
-from synthdepth.render.integrate import camera_samples
-from synthdepth.render.scene import build_scene, to_world
+from synthdepth.render.colour import LUMINANCE, to_uint8
+from synthdepth.render.integrate import SUN_SLOPE, Lights, camera_samples
+from synthdepth.render.scene import build_scene, sunsky, to_world
 from synthdepth.render.settings import RenderSettings
 
 # A sample brighter than this many sunlit white cards is a firefly, not picture content.
@@ -17,11 +20,16 @@ _FIREFLY_WHITES = 20.0
 # Display-linear value of a sunlit white card at a correct exposure. Above 1, as cameras expose for
 # a world that is much darker than a white card; the shoulder keeps its highlights.
 _WHITE_LEVEL = 1.7
+_LIGHT_SAMPLES = 96
 
 
-def _frozen(function):
-    """The function with its kernels recorded once, where the variant compiles any."""
-    return dr.freeze(function) if dr.is_jit_v(mi.Float) else function
+def load_world(world: World, camera: Intrinsics, settings: RenderSettings) -> Renderer:
+    """The renderer of a world, for the variant that is active."""
+    if dr.is_jit_v(mi.Float):
+        return Renderer(world, camera, settings)
+    from synthdepth.render.scalar import ScalarRenderer
+
+    return ScalarRenderer(world, camera, settings)
 
 
 class Renderer:
@@ -37,46 +45,67 @@ class Renderer:
     makes both slow.
     """
 
+    _sky_with_sun = False
+
     def __init__(self, world: World, camera: Intrinsics, settings: RenderSettings):
-        self.camera = camera
-        self.scene = build_scene(world, camera)
+        self.camera, self._light = camera, world.light
+        self.scene = build_scene(world, camera, with_sun=self._sky_with_sun)
         self._params = mi.traverse(self.scene)
         self._rays = camera.rays().reshape(-1, 3)
-        white = self._white_radiance()
-        self._visibility_m = dr.opaque(mi.Float, world.light.visibility_m)
-        self._radiance_limit = dr.opaque(mi.Float, _FIREFLY_WHITES * white)
+        sun, sky = self._irradiance()
+        white = float((sun + sky) @ LUMINANCE) / np.pi
         self.exposure = float(_WHITE_LEVEL / white * 2.0**world.light.exposure_ev)
-        self._trace = _frozen(self._trace_once)
+        self._limit = _FIREFLY_WHITES * white
+        self._lights = self._jit_lights(sun, sky)
+        self._trace = self._compiled(self._trace_once)
         self.set_settings(settings)
+
+    def _compiled(self, function):
+        """The function with its kernels recorded once."""
+        return dr.freeze(function)
 
     def set_settings(self, settings: RenderSettings) -> None:
         """Render with other samples or denoising from now on; compiles a new kernel."""
         self.settings = settings
         self._sampler = mi.load_dict({"type": "independent", "sample_count": settings.spp})
-        self._samples = _frozen(self._samples_once)
+        self._samples = self._compiled(self._samples_once)
 
-    def _white_radiance(self) -> float:
-        """Radiance of a white card lying in the open: irradiance of sun and sky over pi."""
-        n = 64
-        grid = (np.stack(np.meshgrid(np.arange(n), np.arange(n)), -1).reshape(-1, 2) + 0.5) / n
-        total = 0.0
-        emitter = self.scene.environment()
-        point = dr.zeros(mi.Interaction3f)
-        if dr.is_jit_v(mi.Float):
-            samples = mi.Point2f(*np.ascontiguousarray(grid.T, np.float32))
-            found, weight = emitter.sample_direction(point, samples)
-            value = mi.luminance(mi.Color3f(weight)) * dr.maximum(found.d.z, 0)
-            return float(np.mean(value.numpy())) / np.pi
-        for x, y in grid:
-            found, weight = emitter.sample_direction(point, mi.Point2f(x, y))
-            total += mi.luminance(mi.Color3f(weight)) * max(found.d.z, 0)
-        return total / len(grid) / np.pi
+    def _irradiance(self) -> tuple[np.ndarray, np.ndarray]:
+        """Irradiance of level ground by sun and by sky, (3,) each."""
+        side = (np.arange(_LIGHT_SAMPLES) + 0.5) / _LIGHT_SAMPLES
+        grid = np.stack(np.meshgrid(side, side)).reshape(2, -1).astype(np.float32)
+        environment = self.scene.environment()
+        found, weight = environment.sample_direction(dr.zeros(mi.Interaction3f), mi.Point2f(grid))
+        sky = (mi.Color3f(weight) * dr.maximum(found.d.z, 0)).numpy().mean(axis=1)
 
-    def _samples_once(self, scene, seed, visibility_m, radiance_limit):
-        size = (self.camera.width, self.camera.height)
-        return camera_samples(
-            scene, self._sampler, seed, size, self.settings, visibility_m, radiance_limit
+        # The sun's radiance is what the sky with it has more than the one without it.
+        with_sun = mi.load_dict(sunsky(self._light, with_sun=True))
+        disc = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(grid)) * (2 * SUN_SLOPE)
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        toward = self._sun_frame().to_world(mi.Vector3f(disc.x, disc.y, 1.0))
+        si.wi = -dr.normalize(toward)
+        excess = (with_sun.eval(si) - environment.eval(si)).numpy().mean(axis=1)
+        solid_angle = np.pi * (2 * SUN_SLOPE) ** 2
+        return excess * solid_angle * self._light.sun_direction[2], sky
+
+    def _sun_frame(self) -> mi.Frame3f:
+        return mi.Frame3f(mi.Normal3f(*self._light.sun_direction.tolist()))
+
+    def _jit_lights(self, sun: np.ndarray, sky: np.ndarray) -> Lights:
+        facing = np.maximum(sun / self._light.sun_direction[2], 0)
+        lights = Lights(
+            sun=self._sun_frame(),
+            sun_irradiance=mi.Color3f(*facing.tolist()),
+            sky_irradiance=mi.Color3f(*sky.tolist()),
+            visibility_m=mi.Float(self._light.visibility_m),
+            limit=mi.Float(self._limit),
         )
+        dr.make_opaque(lights)
+        return lights
+
+    def _samples_once(self, scene, seed, lights):
+        size = (self.camera.width, self.camera.height)
+        return camera_samples(scene, self._sampler, seed, size, self.settings, lights)
 
     def noisy(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
         """Radiance, guide albedo and guide normal before denoising, (H, W, 9) float32.
@@ -87,9 +116,7 @@ class Renderer:
         """
         self._params["camera.to_world"] = to_world(world_from_cam)
         self._params.update()
-        channels = self._samples(
-            self.scene, dr.opaque(mi.UInt32, seed), self._visibility_m, self._radiance_limit
-        )
+        channels = self._samples(self.scene, dr.opaque(mi.UInt32, seed), self._lights)
         stacked = np.stack([channel.numpy() for channel in channels], axis=-1)
         return stacked.reshape(self.camera.height, self.camera.width, 9)
 
@@ -99,11 +126,16 @@ class Renderer:
         colour = np.ascontiguousarray(noisy[..., :3])
         if self.settings.denoise == "off":
             return colour
-        return denoise(
-            colour,
+        guides = (
             np.ascontiguousarray(np.clip(noisy[..., 3:6], 0, 1)),
             np.ascontiguousarray(noisy[..., 6:9]),
+        )
+        return denoise(
+            colour,
+            *(guides if noisy.shape[-1] == 9 else ()),
             hdr=True,
+            # OIDN's own estimate sums in an order that depends on the number of threads.
+            input_scale=self.exposure,
             quality=getattr(Quality, self.settings.denoise.capitalize()),
         )
 
@@ -119,10 +151,6 @@ class Renderer:
         """Unsaturated planar depth at the pixel centres, (H, W) float32 [m]; the sky is inf."""
         direction = (self._rays @ world_from_cam[:3, :3].T).astype(np.float32)
         origin = np.broadcast_to(world_from_cam[:3, 3].astype(np.float32), direction.shape)
-        if dr.is_jit_v(mi.Float):
-            o, d = (mi.Vector3f(np.ascontiguousarray(a.T)) for a in (origin, direction))
-            t = self._trace(self.scene, mi.Point3f(o), d).numpy()
-        else:
-            rays = zip(origin.tolist(), direction.tolist(), strict=True)
-            t = np.array([self._trace(self.scene, o, d) for o, d in rays], np.float32)
+        o, d = (mi.Vector3f(np.ascontiguousarray(a.T)) for a in (origin, direction))
+        t = self._trace(self.scene, mi.Point3f(o), d).numpy()
         return t.reshape(self.camera.height, self.camera.width)

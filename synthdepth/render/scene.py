@@ -3,15 +3,14 @@
 # Annotations stay text: Mitsuba has no types before a variant is set.
 from __future__ import annotations
 
-from collections.abc import Mapping
-
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.geometry import join, vertex_normals
-from synthdepth.maps.world import LABELS, World
-from synthdepth.render.atlas import pack
+from synthdepth.maps.world import LABELS, Light, World
+from synthdepth.render.atlas import Atlas, pack
 from synthdepth.render.plugins import atlas_texture
 
 # Mitsuba's camera looks along +Z with x left and y up; OpenCV's has x right and y down.
@@ -24,23 +23,42 @@ def to_world(world_from_cam: np.ndarray) -> mi.Transform4f:
     return mi.Transform4f(np.asarray(world_from_cam, np.float64) @ _OPENCV_FROM_MITSUBA)
 
 
-def build_scene(world: World, camera: Intrinsics) -> mi.Scene:
-    """The scene of a world with a `sunsky` light and a pinhole camera (pose still to be set).
+def build_scene(world: World, camera: Intrinsics, *, with_sun: bool) -> mi.Scene:
+    """The scene of a world with its sky and a pinhole camera (pose still to be set).
+
+    Args:
+        world: the generated world.
+        camera: intrinsics.
+        with_sun: let the sky emit the sun's light too; our integrator adds it itself.
 
     Meshes are one per way of reflecting light, never instances: tracing instances in the JIT
     variants costs seconds a frame. What material and label a face has are attributes of the mesh.
     """
-    texture = atlas_texture(atlas := pack(world.materials))
+    atlas = pack(world.materials)
+    # Without a JIT compiler a texture written in Python is called sample by sample: one colour a
+    # vertex has to do.
+    jit = dr.is_jit_v(mi.Float)
+    texture = atlas_texture(atlas) if jit else {"type": "mesh_attribute", "name": "vertex_tint"}
     groups: dict[tuple, list[tuple[str, str]]] = {}
     for key in world.surfaces:
         material = world.materials[key[0]]
         look = (material.kind, material.roughness if material.kind != "diffuse" else 0.0)
         groups.setdefault((*look, material.smooth), []).append(key)
     bsdfs = {look[:2]: _bsdf(*look[:2], texture) for look in groups}
-    scene = {"type": "scene", "sky": _sky(world), "camera": _camera(camera)}
+    scene = {
+        "type": "scene",
+        "sky": sunsky(world.light, with_sun=with_sun),
+        "camera": _camera(camera),
+    }
     for number, (look, keys) in enumerate(groups.items()):
         scene[f"surface_{number:02d}"] = _mesh(
-            f"surface_{number:02d}", world, keys, atlas.index, bsdfs[look[:2]], smooth=look[2]
+            f"surface_{number:02d}",
+            world,
+            keys,
+            atlas,
+            bsdfs[look[:2]],
+            smooth=look[2],
+            flat=not jit,
         )
     return mi.load_dict(scene)
 
@@ -49,12 +67,22 @@ def _mesh(
     name: str,
     world: World,
     keys: list[tuple[str, str]],
-    index: Mapping[str, int],
+    atlas: Atlas,
     bsdf: mi.BSDF,
+    *,
     smooth: bool,
+    flat: bool,
 ) -> mi.Mesh:
-    """One mesh of some of the world's surfaces, (material, label) each."""
+    """One mesh of some of the world's surfaces, (material, label) each.
+
+    With `flat` the tint takes in the texture's mean colour.
+    """
     parts = [world.surfaces[key] for key in keys]
+    if flat:
+        parts = [
+            part.tinted(atlas.mean(material))
+            for (material, _), part in zip(keys, parts, strict=True)
+        ]
     counts = [len(part.faces) for part in parts]
     whole = join(parts)
     # Metres -> repeats of the texture; v flipped, because its first row is the top.
@@ -73,7 +101,7 @@ def _mesh(
     )
     attributes = {
         "vertex_tint": (3, whole.tint.ravel()),
-        "face_material": (1, np.repeat(np.float32([index[m] for m, _ in keys]), counts)),
+        "face_material": (1, np.repeat(np.float32([atlas.index[m] for m, _ in keys]), counts)),
         "face_label": (1, np.repeat(np.float32([LABELS[label] for _, label in keys]), counts)),
     }
     for attribute, (channels, values) in attributes.items():
@@ -88,7 +116,7 @@ def _mesh(
     return mesh
 
 
-def _bsdf(kind: str, roughness: float, texture: mi.Texture) -> mi.BSDF:
+def _bsdf(kind: str, roughness: float, texture: mi.Texture | dict) -> mi.BSDF:
     alpha = max(roughness, 0.02)
     nested = {
         "diffuse": {"type": "diffuse", "reflectance": texture},
@@ -104,13 +132,14 @@ def _bsdf(kind: str, roughness: float, texture: mi.Texture) -> mi.BSDF:
     return mi.load_dict({"type": "twosided", "inside": nested[kind]})
 
 
-def _sky(world: World) -> dict:
-    # One emitter for sun and sky: emitters are picked uniformly, so two would waste samples.
+def sunsky(light: Light, *, with_sun: bool) -> dict:
+    """Mitsuba's clear-sky model with or without the sun's disc."""
     return {
         "type": "sunsky",
-        "sun_direction": [float(x) for x in world.light.sun_direction],
-        "turbidity": world.light.turbidity,
+        "sun_direction": [float(x) for x in light.sun_direction],
+        "turbidity": light.turbidity,
         "albedo": 0.15,
+        "sun_scale": 1.0 if with_sun else 0.0,
     }
 
 

@@ -12,13 +12,11 @@ class RenderSettings(Config):
 
     Attributes:
         spp: samples a pixel, a power of two (any other compiles a kernel of its own).
-        path_depth: longest light path in segments; 2 is direct light only.
         denoise: OIDN's quality mode, or "off".
         max_depth_m: where the depth saturates [m].
     """
 
     spp: int = number(4, 1, 4096)
-    path_depth: int = number(4, 2, 64)
     denoise: str = choice("fast", ("off", "fast", "balanced", "high"))
     max_depth_m: float = number(200.0, 1, 5000)
 

@@ -1,0 +1,34 @@
+"""Checks of minutes, at the size that users render: run with `make test-slow`."""
+
+import pytest
+
+from synthdepth.dataset.manifest import read_manifest
+from synthdepth.dataset.pair import decode_pair
+from synthdepth.dataset.shard import read_members, shard_members
+from synthdepth.maps.registry import build_world
+from synthdepth.production.overrides import with_overrides
+from synthdepth.production.recipe import load_recipe
+from synthdepth.production.run import render_dataset
+from tests.raycast import Recaster, differing
+
+pytestmark = pytest.mark.slow
+
+
+def test_depth_of_ten_full_frames_agrees_with_an_independent_ray_caster(tmp_path, capsys):
+    recipe = with_overrides(
+        load_recipe("neighborhood"), pairs_per_scene=5, pairs_per_flight=1, burst_pairs=1
+    )
+    render_dataset(recipe, tmp_path / "set", pairs=10)
+    wrong, unexplained, pixels = 0, 0, 0
+    for shard in read_manifest(tmp_path / "set")["shards"]:
+        caster = Recaster(build_world(recipe.map, recipe.scene, recipe.light, shard["scene_seed"]))
+        path = tmp_path / "set" / shard["path"]
+        for key, members in shard_members(path).items():
+            pair = decode_pair(key, read_members(path, members))
+            masks = differing(pair.depth_m, caster.depth_m(pair.meta))
+            wrong, unexplained = wrong + masks[0].sum(), unexplained + masks[1].sum()
+            pixels += pair.depth_m.size
+    with capsys.disabled():
+        print(f"\n{pixels} pixels: {1 - wrong / pixels:.6%} agree, {unexplained} are no silhouette")
+    assert wrong / pixels <= 1e-3
+    assert unexplained <= 1e-5 * pixels
