@@ -16,6 +16,8 @@ from synthdepth.render.plugins import atlas_texture
 # Mitsuba's camera looks along +Z with x left and y up; OpenCV's has x right and y down.
 _OPENCV_FROM_MITSUBA = np.diag([-1.0, -1.0, 1.0, 1.0])
 _FAR_CLIP_M = 5e4
+# Mitsuba takes an attribute in by way of a list of Python floats: smaller meshes, lower peak.
+_BATCH_VERTICES = 1_000_000
 
 
 def to_world(world_from_cam: np.ndarray) -> mi.Transform4f:
@@ -45,22 +47,28 @@ def build_scene(world: World, camera: Intrinsics, *, with_sun: bool) -> mi.Scene
         look = (material.kind, material.roughness if material.kind != "diffuse" else 0.0)
         groups.setdefault((*look, material.smooth), []).append(key)
     bsdfs = {look[:2]: _bsdf(*look[:2], texture) for look in groups}
-    scene = {
-        "type": "scene",
-        "sky": sunsky(world.light, with_sun=with_sun),
-        "camera": _camera(camera),
-    }
-    for number, (look, keys) in enumerate(groups.items()):
-        scene[f"surface_{number:02d}"] = _mesh(
-            f"surface_{number:02d}",
-            world,
-            keys,
-            atlas,
-            bsdfs[look[:2]],
-            smooth=look[2],
-            flat=not jit,
-        )
+    scene = {"type": "scene", "sky": sunsky(world.light, with_sun=with_sun)}
+    scene["camera"] = _camera(camera)
+    for look, group in groups.items():
+        for keys in _batches(world, group):
+            name = f"surface_{len(scene):03d}"
+            scene[name] = _mesh(
+                name, world, keys, atlas, bsdfs[look[:2]], smooth=look[2], flat=not jit
+            )
     return mi.load_dict(scene)
+
+
+def _batches(world: World, keys: list[tuple[str, str]]) -> list[list[tuple[str, str]]]:
+    """Surfaces in batches of about `_BATCH_VERTICES`; one that is larger is a batch of its own."""
+    batches, size = [[]], 0
+    for key in keys:
+        count = len(world.surfaces[key].vertices)
+        if batches[-1] and size + count > _BATCH_VERTICES:
+            batches.append([])
+            size = 0
+        batches[-1].append(key)
+        size += count
+    return batches
 
 
 def _mesh(
