@@ -1,4 +1,6 @@
-"""Shared by the tests: a renderer for this process, and worlds small enough to reason about."""
+"""Shared by the tests: a renderer, worlds small enough to reason about, and a small dataset."""
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -6,6 +8,11 @@ import pytest
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.geometry import quads
 from synthdepth.maps.world import Light, Material, World, assemble
+from synthdepth.production.overrides import with_overrides
+from synthdepth.production.recipe import load_recipe
+from synthdepth.production.run import render_dataset
+
+PAIRS, SIZE = 6, "112x96"
 
 
 @pytest.fixture(scope="session")
@@ -59,3 +66,24 @@ def wall(x_m, reflectance=0.5, half_m=60.0):
     c = half_m
     corners = [[[x_m, c, -c], [x_m, -c, -c], [x_m, -c, c], [x_m, c, c]]]
     return {("card", "building"): quads(corners, (reflectance,) * 3)}
+
+
+def recipe(size=SIZE):
+    """Two scenes of four pairs, on a small flight area."""
+    small = load_recipe("neighborhood")
+    scene = dataclasses.replace(small.scene, flight_area_m=200.0)
+    return with_overrides(
+        dataclasses.replace(small, scene=scene),
+        size=size,
+        pairs_per_scene=4,
+        pairs_per_flight=2,
+        burst_pairs=2,
+    )
+
+
+@pytest.fixture(scope="session")
+def dataset(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("data") / "set"
+    report = render_dataset(recipe(), folder, pairs=PAIRS, workers=2)
+    assert (report.pairs, report.rendered) == (PAIRS, PAIRS)
+    return folder

@@ -1,6 +1,5 @@
 """A small dataset, rendered for real: determinism, resume, ground truth, others' readers."""
 
-import dataclasses
 import gc
 import json
 import os
@@ -25,37 +24,13 @@ from synthdepth.dataset.shard import read_members, shard_members
 from synthdepth.dataset.verify import verify
 from synthdepth.errors import DatasetError
 from synthdepth.maps.registry import build_world
-from synthdepth.production.overrides import with_overrides
-from synthdepth.production.recipe import load_recipe
 from synthdepth.production.run import render_dataset
+from tests.conftest import PAIRS, SIZE, recipe
 from tests.raycast import Recaster
-
-PAIRS, SIZE = 6, "112x96"
-
-
-def recipe(size=SIZE):
-    """Two scenes of four pairs, on a small flight area."""
-    small = load_recipe("neighborhood")
-    scene = dataclasses.replace(small.scene, flight_area_m=200.0)
-    return with_overrides(
-        dataclasses.replace(small, scene=scene),
-        size=size,
-        pairs_per_scene=4,
-        pairs_per_flight=2,
-        burst_pairs=2,
-    )
 
 
 def shard_hashes(folder):
     return {s["path"]: (s["sha256"], s["pairs"]) for s in read_manifest(folder)["shards"]}
-
-
-@pytest.fixture(scope="session")
-def dataset(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data") / "set"
-    report = render_dataset(recipe(), folder, pairs=PAIRS, workers=2)
-    assert (report.pairs, report.rendered) == (PAIRS, PAIRS)
-    return folder
 
 
 @pytest.fixture(scope="session")
@@ -108,7 +83,7 @@ def test_asking_for_less_or_again_changes_nothing(dataset):
 def test_kill_and_start_again_gives_the_same_bytes(dataset, tmp_path):
     folder = tmp_path / "killed"
     code = (
-        "import sys; from pathlib import Path; from tests.test_dataset import recipe, PAIRS\n"
+        "import sys; from pathlib import Path; from tests.conftest import recipe, PAIRS\n"
         "from synthdepth.production.run import render_dataset\n"
         "if __name__ == '__main__':\n"
         "    render_dataset(recipe(), Path(sys.argv[1]), pairs=PAIRS, workers=1)\n"

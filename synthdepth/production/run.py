@@ -214,7 +214,14 @@ def _locked(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
+        _sweep(folder)
         os.close(handle)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed workers left half written."""
+    for partial in folder.glob(f"**/*{PARTIAL}"):
+        partial.unlink(missing_ok=True)
 
 
 def _records_there(folder: Path, asked: dict) -> dict[str, dict]:
@@ -229,8 +236,7 @@ def _records_there(folder: Path, asked: dict) -> dict[str, dict]:
     else:
         there = read_manifest(folder)
         check_identity(folder, there, asked)
-    for partial in folder.glob(f"**/*{PARTIAL}"):
-        partial.unlink(missing_ok=True)
+    _sweep(folder)
     known = {record["path"]: record for record in there["shards"]}
     records = {}
     for path in sorted(folder.glob("*/*.tar")):
