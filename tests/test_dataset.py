@@ -120,10 +120,12 @@ def test_another_dataset_is_not_touched(dataset, change, named):
 
 
 def test_a_folder_with_other_things_is_not_touched(tmp_path):
-    (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(DatasetError, match=r"'thesis.tex' and no dataset"):
+    mine = {"film.mkv.1.partial", "thesis.tex"}
+    for name in mine:
+        (tmp_path / name).write_text("precious")
+    with pytest.raises(DatasetError, match=r"and no dataset"):
         render_dataset(recipe(), tmp_path, pairs=1)
-    assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
+    assert {p.name for p in tmp_path.iterdir()} == mine
 
 
 def test_bursts_share_their_pictures(dataset):

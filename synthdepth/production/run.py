@@ -13,6 +13,8 @@ from pathlib import Path
 
 import synthdepth
 from synthdepth.dataset.manifest import (
+    CARD,
+    INDEX,
     MANIFEST,
     check_identity,
     read_manifest,
@@ -113,36 +115,37 @@ def render_dataset(
     asked = _blank_manifest(recipe, seed, train_share, backend)
     with _locked(folder):
         records = _records_there(folder, asked)
-        keep = [r for r in records.values() if r["pairs"]]
-        manifest = asked | {"pairs_planned": max(pairs, sum(r["pairs"] for r in keep))}
-        todo = [job for job in jobs if records.get(job.path, {"pairs": 0})["pairs"] < job.pairs]
-        done = sum(
-            min(records[job.path]["pairs"], job.pairs) for job in jobs if job.path in records
-        )
-        already = done
-        on_progress(done, pairs)
-        _save(folder, manifest, records)
-
-        workers = min(workers or default_workers(), max(len(todo), 1))
-        threads = max(1, usable_cores() // workers)
-        work = functools.partial(
-            _render_shard, recipe=recipe, folder=folder, backend=backend, threads=threads
-        )
-        counted = [records.get(job.path, {"pairs": 0})["pairs"] for job in todo]
-        spent, rendering = 0.0, 0.0
-        for event in run_jobs(work, todo, workers):
-            if isinstance(event, Finished):
-                record, seconds = event.result
-                records[record["path"]] = record
-                spent, rendering = spent + seconds, rendering + sum(record["cost"]["render_s"])
-                _save(folder, manifest, records)
-                progress = record["pairs"]
-            else:
-                progress = event.done
-            done += progress - counted[event.job]
-            counted[event.job] = progress
+        with _swept(folder):
+            keep = [r for r in records.values() if r["pairs"]]
+            manifest = asked | {"pairs_planned": max(pairs, sum(r["pairs"] for r in keep))}
+            todo = [job for job in jobs if records.get(job.path, {"pairs": 0})["pairs"] < job.pairs]
+            done = sum(
+                min(records[job.path]["pairs"], job.pairs) for job in jobs if job.path in records
+            )
+            already = done
             on_progress(done, pairs)
-        _finish(folder, manifest, records)
+            _save(folder, manifest, records)
+
+            workers = min(workers or default_workers(), max(len(todo), 1))
+            threads = max(1, usable_cores() // workers)
+            work = functools.partial(
+                _render_shard, recipe=recipe, folder=folder, backend=backend, threads=threads
+            )
+            counted = [records.get(job.path, {"pairs": 0})["pairs"] for job in todo]
+            spent, rendering = 0.0, 0.0
+            for event in run_jobs(work, todo, workers):
+                if isinstance(event, Finished):
+                    record, seconds = event.result
+                    records[record["path"]] = record
+                    spent, rendering = spent + seconds, rendering + sum(record["cost"]["render_s"])
+                    _save(folder, manifest, records)
+                    progress = record["pairs"]
+                else:
+                    progress = event.done
+                done += progress - counted[event.job]
+                counted[event.job] = progress
+                on_progress(done, pairs)
+            _finish(folder, manifest, records)
     return RunReport(
         folder=folder,
         pairs=sum(record["pairs"] for record in records.values()),
@@ -214,20 +217,32 @@ def _locked(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        _sweep(folder)
         os.close(handle)
 
 
+@contextlib.contextmanager
+def _swept(folder: Path) -> Iterator[None]:
+    """Remove what was left half written, before and after; only in a folder known to be ours."""
+    try:
+        _sweep(folder)
+        yield
+    finally:
+        _sweep(folder)
+
+
 def _sweep(folder: Path) -> None:
-    """Remove what killed workers left half written."""
-    for partial in folder.glob(f"**/*{PARTIAL}"):
-        partial.unlink(missing_ok=True)
+    ours = (MANIFEST, INDEX, CARD, "train/*.tar", "test/*.tar")
+    for pattern in (f"{name}.*{PARTIAL}" for name in ours):
+        for partial in folder.glob(pattern):
+            partial.unlink(missing_ok=True)
 
 
 def _records_there(folder: Path, asked: dict) -> dict[str, dict]:
-    """The records of the shards that are whole, by path; sweeps what a kill left half written."""
+    """The records of the shards that are whole, by path."""
     if not (folder / MANIFEST).exists():
-        strangers = sorted(p.name for p in folder.iterdir() if not p.name.endswith(PARTIAL))
+        strangers = sorted(
+            p.name for p in folder.iterdir() if not p.match(f"{MANIFEST}.*{PARTIAL}")
+        )
         if strangers:
             raise DatasetError(
                 f"{folder} holds {strangers[0]!r} and no dataset: choose an empty or new --out"
@@ -236,7 +251,6 @@ def _records_there(folder: Path, asked: dict) -> dict[str, dict]:
     else:
         there = read_manifest(folder)
         check_identity(folder, there, asked)
-    _sweep(folder)
     known = {record["path"]: record for record in there["shards"]}
     records = {}
     for path in sorted(folder.glob("*/*.tar")):
