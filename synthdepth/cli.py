@@ -136,12 +136,13 @@ class Scene:
 
     def run(self) -> int:
         """Do it; returns the exit code."""
-        from synthdepth.maps.gltf import write_glb
+        from synthdepth.maps.gltf import check_glb_path, write_glb
         from synthdepth.maps.registry import build_world
         from synthdepth.production.recipe import load_recipe
 
         if not 0 <= self.seed < 2**63:
             raise SynthdepthError(f"--seed {self.seed}: allowed is a whole number from 0 to 2^63-1")
+        check_glb_path(self.out)
         recipe = load_recipe(self.map)
         world = build_world(recipe.map, recipe.scene, recipe.light, self.seed)
         size = write_glb(world, self.out)

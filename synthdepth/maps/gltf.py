@@ -52,14 +52,25 @@ def _material(name: str, material: Material) -> PBRMaterial:
     )
 
 
+def check_glb_path(out: Path) -> None:
+    """Refuse a path that no GLB file can be written to, before a world is built for it.
+
+    Raises:
+        SynthdepthError: the name does not end in .glb, or its folder is not there.
+    """
+    if out.suffix.lower() != ".glb":
+        raise SynthdepthError(f"--out {out}: allowed is a file name that ends in .glb")
+    if not out.parent.is_dir():
+        raise SynthdepthError(f"--out {out}: the folder {out.parent} does not exist")
+
+
 def write_glb(world: World, out: Path) -> int:
     """Write a world as GLB; returns the number of bytes.
 
     Raises:
-        SynthdepthError: the name does not end in .glb or cannot be written.
+        SynthdepthError: see `check_glb_path`, or the file cannot be written.
     """
-    if out.suffix.lower() != ".glb":
-        raise SynthdepthError(f"--out {out}: allowed is a file name that ends in .glb")
+    check_glb_path(out)
     data = world_to_glb(world)
     try:
         out.write_bytes(data)

@@ -53,7 +53,7 @@ class SamplingRecipe(Config):
     """How pairs are taken from scenes and flights.
 
     A flight gives `pairs_per_flight` pairs in bursts of consecutive frames: within a burst every
-    picture serves as frame t of one pair and frame t-1 of the next, so a burst of 4 pairs costs 5
+    picture serves as frame t of one pair and frame t-1 of the next, so a burst of 8 pairs costs 9
     pictures, and bursts lie apart so that they show different places.
 
     Attributes:
@@ -64,7 +64,7 @@ class SamplingRecipe(Config):
 
     pairs_per_scene: int = number(256, 1, 100_000)
     pairs_per_flight: int = number(32, 1, 10_000)
-    burst_pairs: int = number(4, 1, 10_000)
+    burst_pairs: int = number(8, 1, 10_000)
 
     @property
     def bursts_per_flight(self) -> int:
