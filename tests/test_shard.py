@@ -1,15 +1,14 @@
 """Shards: deterministic bytes, whole or not at all, readable by others."""
 
-import errno
 import gc
 import hashlib
+import os
 import subprocess
 import tarfile
 
 import pytest
 import webdataset
 
-from synthdepth.dataset import shard as shard_module
 from synthdepth.dataset.shard import ShardWriter, read_members, sha256_of, shard_members
 from synthdepth.errors import DatasetError
 
@@ -79,13 +78,12 @@ def test_a_failure_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, monkeypatch):
-    def full(handle):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(shard_module.os, "fsync", full)
+@pytest.mark.parametrize("size", [10, 3_000_000])
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, size):
+    """/dev/full refuses every byte: at once for a large file, on closing for a small one."""
+    (tmp_path / f"a.tar.{os.getpid()}.partial").symlink_to("/dev/full")
     with pytest.raises(DatasetError, match="disk of .* is full"):
-        write(tmp_path / "a.tar")
+        write(tmp_path / "a.tar", {"key": {"rgb.png": b"x" * size}})
     assert list(tmp_path.iterdir()) == []
 
 

@@ -92,9 +92,10 @@ class ShardWriter:
                     sync_folder(self.path.parent)
                 self.sha256, self.size = self._hashing.sha256.hexdigest(), self._hashing.size
         finally:
-            with contextlib.suppress(OSError, ValueError):
-                self._tar.close()
-            self._file.close()
+            # On a full disk closing fails again; what is told is the first failure.
+            for file in (self._tar, self._file):
+                with contextlib.suppress(OSError, ValueError):
+                    file.close()
             self._partial.unlink(missing_ok=True)
 
 
