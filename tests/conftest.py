@@ -40,13 +40,12 @@ def flat_world(models, *, materials=None, visibility_m=1e6, sun_elevation_deg=40
         sun_elevation_deg=sun_elevation_deg,
         turbidity=3.0,
         visibility_m=visibility_m,
-        exposure_ev=0.0,
     )
     materials = plain | (materials or {})
     return World(
         map="test",
         scene_seed=0,
-        surfaces=assemble(models, materials),
+        surfaces=assemble(models),
         materials=materials,
         light=light,
         flight_bounds=np.array([[-100.0, -100.0], [100.0, 100.0]]),

@@ -17,7 +17,6 @@ LIGHT = Light(
     sun_elevation_deg=45,
     turbidity=3,
     visibility_m=1e4,
-    exposure_ev=0,
 )
 
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import shapely
 
-from synthdepth.maps.facets import Facets
-from synthdepth.maps.house_styles import STYLES
-from synthdepth.maps.houses import House, draw_house, house
-from synthdepth.maps.openings import KINDS, Opening, OpeningFinish, Wall, add_walls
-from synthdepth.maps.roofs import Roof, add_roof, ridge_height, roof_height
+from synthdepth.maps.houses.facets import Facets
+from synthdepth.maps.houses.house import House, draw_house, house
+from synthdepth.maps.houses.openings import KINDS, Opening, OpeningFinish, Wall, add_walls
+from synthdepth.maps.houses.roofs import Roof, add_roof, ridge_height, roof_height
+from synthdepth.maps.houses.styles import STYLES
 from synthdepth.maps.world import LABELS
 from synthdepth.seeding import lane
 

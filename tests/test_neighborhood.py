@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import shapely
 
-from synthdepth.maps.lots import plan_lot
+from synthdepth.maps.gardens.lots import plan_lot
 from synthdepth.maps.neighborhood import NeighborhoodRanges, draw_neighborhood, neighborhood
 from synthdepth.maps.placement import points_along, points_within
-from synthdepth.maps.street_plan import draw_street_plan
-from synthdepth.maps.streetscape import furnish_streets
+from synthdepth.maps.streets.plan import draw_street_plan
+from synthdepth.maps.streets.streetscape import furnish_streets
 from synthdepth.maps.terrain import draw_terrain
 from synthdepth.maps.world import Light
 from synthdepth.seeding import lane
@@ -24,7 +24,6 @@ LIGHT = Light(
     sun_elevation_deg=40.0,
     turbidity=3.0,
     visibility_m=2e4,
-    exposure_ev=0.0,
 )
 
 

@@ -5,23 +5,20 @@ import itertools
 import numpy as np
 import pytest
 
-from synthdepth.maps.fences import FENCES, fence, gate
-from synthdepth.maps.garden import GARDEN_ITEMS, garden_item, scatter
-from synthdepth.maps.poles import (
+from synthdepth.maps.furniture.fences import FENCES, fence, gate
+from synthdepth.maps.furniture.poles import (
     build_utility_line,
     catenary,
     draw_utility_line,
     service_drop,
     utility_line,
 )
-from synthdepth.maps.street_signs import LAMPS, SIGNS, signs, street_lamps
-from synthdepth.maps.vehicles import BODIES, draw_vehicle, park, vehicle
+from synthdepth.maps.furniture.signs import LAMPS, SIGNS, signs, street_lamps
+from synthdepth.maps.gardens.items import GARDEN_ITEMS, garden_item, scatter
+from synthdepth.maps.materials.catalogue import CATALOGUE
+from synthdepth.maps.vehicles.vehicle import BODIES, draw_vehicle, park, vehicle
 from synthdepth.maps.world import LABELS
 
-MATERIALS = {
-    *("bark", "siding", "plaster", "shingle", "brick", "wood", "paint", "car_paint", "fabric"),
-    *("concrete", "rubber", "metal", "glass"),
-}
 POLES = np.array([[0, 0, 0], [38, 1, 0.5], [75, -1, 1.0], [110, 4, 0.4]])
 PATH = np.array([[0, 0, 0], [11, 2, 0.6], [14, 9, 0.2]])
 
@@ -37,7 +34,7 @@ def points(model) -> np.ndarray:
 def check(model) -> None:
     """Known names, sound arrays, no triangle without area, no reflectance above 0.9."""
     for (material, label), g in model.items():
-        assert material in MATERIALS
+        assert material in CATALOGUE
         assert label in LABELS
         n = len(g.vertices)
         assert g.vertices.dtype == g.uv.dtype == g.tint.dtype == np.float32

@@ -3,10 +3,10 @@ import pytest
 import shapely
 
 from synthdepth.maps.geometry import Model
-from synthdepth.maps.street_graph import length_m
-from synthdepth.maps.street_markings import draw_street_markings, street_markings
-from synthdepth.maps.street_plan import along, draw_street_plan
-from synthdepth.maps.street_surface import (
+from synthdepth.maps.streets.graph import length_m
+from synthdepth.maps.streets.markings import draw_street_markings, street_markings
+from synthdepth.maps.streets.plan import along, draw_street_plan
+from synthdepth.maps.streets.surface import (
     BEDDING_M,
     DROPPED_KERB_M,
     KERB_HEIGHT_M,

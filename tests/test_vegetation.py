@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from synthdepth.maps.geometry import join
-from synthdepth.maps.shrubs import bushes, flowers, grass_tufts, hedge
-from synthdepth.maps.trees import DETAILS, SPECIES, draw_tree, plant, tree
+from synthdepth.maps.vegetation.shrubs import bushes, flowers, grass_tufts, hedge
+from synthdepth.maps.vegetation.trees import DETAILS, SPECIES, draw_tree, plant, tree
 from synthdepth.maps.world import LABELS
 
 

@@ -16,13 +16,11 @@ class LightRanges(Config):
         sun_elevation_deg: drawn uniformly in its sine, as the sun spends its time.
         turbidity: of the clear-sky model; 2 is mountain air, 6 a hazy summer day.
         visibility_m: meteorological visibility, drawn log-uniformly.
-        exposure_ev: error of the camera's exposure, in stops.
     """
 
     sun_elevation_deg: tuple[float, float] = span((12, 65), 2, 90)
     turbidity: tuple[float, float] = span((2, 6), 1, 10)
     visibility_m: tuple[float, float] = span((6e3, 5e4), 50, 2e5)
-    exposure_ev: tuple[float, float] = span((-0.4, 0.4), -3, 3)
 
 
 def draw_light(rng: np.random.Generator, ranges: LightRanges) -> Light:
@@ -34,5 +32,4 @@ def draw_light(rng: np.random.Generator, ranges: LightRanges) -> Light:
         sun_elevation_deg=float(np.degrees(np.arcsin(rng.uniform(low, high)))),
         turbidity=float(rng.uniform(*ranges.turbidity)),
         visibility_m=float(np.exp(rng.uniform(*np.log(ranges.visibility_m)))),
-        exposure_ev=float(rng.uniform(*ranges.exposure_ev)),
     )

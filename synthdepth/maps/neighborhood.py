@@ -5,18 +5,18 @@ import dataclasses
 import numpy as np
 
 from synthdepth.config import Config, number, span
+from synthdepth.maps.gardens.lots import LotPlan, build_items, build_lot, plan_lot
 from synthdepth.maps.geometry import Model
-from synthdepth.maps.house_styles import STYLES
-from synthdepth.maps.lots import LotPlan, build_items, build_lot, plan_lot
-from synthdepth.maps.materials import bake_materials
+from synthdepth.maps.houses.styles import STYLES
+from synthdepth.maps.materials.catalogue import bake_materials
 from synthdepth.maps.placement import distance_to, on_ground
-from synthdepth.maps.shrubs import bushes, grass_tufts
-from synthdepth.maps.street_markings import draw_street_markings, street_markings
-from synthdepth.maps.street_plan import StreetPlan, draw_street_plan
-from synthdepth.maps.street_surface import street_surface
-from synthdepth.maps.streetscape import Streetscape, furnish_streets
+from synthdepth.maps.streets.markings import draw_street_markings, street_markings
+from synthdepth.maps.streets.plan import StreetPlan, draw_street_plan
+from synthdepth.maps.streets.streetscape import Streetscape, furnish_streets
+from synthdepth.maps.streets.surface import street_surface
 from synthdepth.maps.terrain import Terrain, draw_terrain, outskirts, tree_line
-from synthdepth.maps.trees import plant
+from synthdepth.maps.vegetation.shrubs import bushes, grass_tufts
+from synthdepth.maps.vegetation.trees import plant
 from synthdepth.maps.world import Light, World, assemble
 from synthdepth.seeding import lane
 
@@ -162,12 +162,12 @@ def neighborhood(scene_seed: int, ranges: NeighborhoodRanges, light: Light) -> W
         models += build_lot(lane(scene_seed, "garden", index), lot, terrain, bounds)
     models += build_items(lane(scene_seed, "items"), lots, terrain, bounds)
     models += _greenery(scene_seed, town, plan, terrain, lots, streetscape, bounds)
-    materials = bake_materials(lane(scene_seed, "materials"))
+    surfaces = assemble(models)
     return World(
         map="neighborhood",
         scene_seed=scene_seed,
-        surfaces=assemble(models, materials),
-        materials=materials,
+        surfaces=surfaces,
+        materials=bake_materials(lane(scene_seed, "materials"), [name for name, _ in surfaces]),
         light=light,
         flight_bounds=bounds,
         ground_m=terrain.height_m,

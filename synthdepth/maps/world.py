@@ -34,6 +34,9 @@ LABELS = {
 }
 
 
+KINDS = ("diffuse", "plastic", "metal", "glass", "coated_glass", "water")
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Material:
     """How a surface reflects light.
@@ -42,10 +45,12 @@ class Material:
         texture: (h, w, 3) uint8 sRGB, tiles seamlessly, first row is the top (largest v); the
             surface's linear reflectance is this times the geometry's tint.
         size_m: metres that the texture spans along u and along v.
-        kind: "diffuse", "plastic" (diffuse under a clear coat), "metal", or "glass" (a dark
-            reflecting pane: the inside of the building is not modelled).
-        roughness: Beckmann alpha of the coat, the metal or the pane.
+        kind: one of `KINDS`: "plastic" is diffuse under a clear coat; "glass" a dark pane whose
+            inside is not modelled, "coated_glass" one that mirrors more; "water" is deep water.
+        roughness: Beckmann alpha of the coat, the metal, the pane or the water.
         smooth: interpolate vertex normals over shared vertices (car bodies, trunks, terrain).
+        luminance_cdm2: light that it gives where lamps are on (`Light.lamps_on`), on the side that
+            its normal points to; coloured by texture and tint.
     """
 
     texture: np.ndarray
@@ -53,19 +58,26 @@ class Material:
     kind: str = "diffuse"
     roughness: float = 0.1
     smooth: bool = False
+    luminance_cdm2: float = 0.0
+
+
+CONDITIONS = ("clear", "golden_hour", "overcast", "haze", "fog", "wet", "night")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Light:
-    """Sun, sky and air of a scene.
+    """Sun or moon, sky and air of a scene.
 
     Attributes:
-        condition: name of the condition, e.g. "clear".
-        sun_azimuth_deg: from +X, counter-clockwise seen from above.
-        sun_elevation_deg: above the horizon.
+        condition: one of `CONDITIONS`.
+        sun_azimuth_deg: from +X, counter-clockwise seen from above; the moon's at night.
+        sun_elevation_deg: above the horizon; the moon's at night.
         turbidity: of the clear-sky model, 1 to 10.
         visibility_m: meteorological visibility V; contrast falls to 2 % there (Koschmieder).
-        exposure_ev: drawn error of the camera's exposure, in stops; 0 is a correct exposure.
+        cloud_cover: share of the sky under clouds; at 1 they hide the sun.
+        cloud_seed: what the clouds' shapes are drawn from.
+        wetness: of the ground, 0 (dry) to 1 (it has just rained).
+        lamps_on: it is night: the moon stands in for the sun, and lamps and windows shine.
     """
 
     condition: str
@@ -73,7 +85,10 @@ class Light:
     sun_elevation_deg: float
     turbidity: float
     visibility_m: float
-    exposure_ev: float
+    cloud_cover: float = 0.0
+    cloud_seed: int = 0
+    wetness: float = 0.0
+    lamps_on: bool = False
 
     @property
     def sun_direction(self) -> np.ndarray:
@@ -111,12 +126,14 @@ class World:
         return sum(len(g.faces) for g in self.surfaces.values())
 
 
-def assemble(models: Iterable[Model], materials: Mapping[str, Material]) -> dict:
-    """The surfaces of a world from its models, with unknown names refused early."""
+def assemble(models: Iterable[Model]) -> dict[tuple[str, str], Geometry]:
+    """The surfaces of a world from its models: joined, sorted, empty ones left out.
+
+    Raises:
+        KeyError: a label is not one of `LABELS`.
+    """
     surfaces = merge(models)
-    for material, label in surfaces:
-        if material not in materials:
-            raise KeyError(f"material {material!r} is not one of {sorted(materials)}")
+    for _, label in surfaces:
         if label not in LABELS:
             raise KeyError(f"label {label!r} is not one of {sorted(LABELS)}")
     return {key: surfaces[key] for key in sorted(surfaces) if len(surfaces[key].faces)}

@@ -54,7 +54,7 @@ class Renderer:
         self._rays = camera.rays().reshape(-1, 3)
         sun, sky = self._irradiance()
         white = float((sun + sky) @ LUMINANCE) / np.pi
-        self.exposure = float(_WHITE_LEVEL / white * 2.0**world.light.exposure_ev)
+        self.exposure = float(_WHITE_LEVEL / white)
         self._limit = _FIREFLY_WHITES * white
         self._lights = self._jit_lights(sun, sky)
         self._trace = self._compiled(self._trace_once)

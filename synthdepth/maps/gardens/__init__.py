@@ -1,0 +1,1 @@
+"""Lots and what people put in their gardens."""

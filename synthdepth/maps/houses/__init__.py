@@ -1,0 +1,1 @@
+"""Houses, from massing to gutters."""

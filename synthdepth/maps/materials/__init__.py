@@ -1,0 +1,1 @@
+"""Textures and materials, baked anew for each scene."""

@@ -1,0 +1,1 @@
+"""Streets: where they run, their surface, markings and what stands along them."""
