@@ -46,6 +46,13 @@ class Render:
     """Pairs of one flight; the recipe's by default."""
     burst_pairs: int | None = None
     """Pairs of consecutive frames in a row; 1 sets all pairs apart, at twice the cost."""
+    modalities: tuple[str, ...] | None = None
+    """Ground truth beside the depth: any of flow seg normal; the recipe's by default."""
+    conditions: tuple[str, ...] | None = None
+    """Light and weather that scenes draw from: any of clear golden_hour overcast haze fog wet
+    night; the recipe's by default."""
+    sensor: Literal["drawn", "ideal"] | None = None
+    """Whether frames show a real camera's faults; ground truth never does."""
     train_share: float = 0.5
     """Share of the scenes that goes to the split train; the others go to test."""
     workers: int | None = None
@@ -70,6 +77,9 @@ class Render:
             pairs_per_scene=self.pairs_per_scene,
             pairs_per_flight=self.pairs_per_flight,
             burst_pairs=self.burst_pairs,
+            modalities=self.modalities,
+            conditions=self.conditions,
+            sensor=self.sensor,
         )
         out = self.out or Path("data") / f"{Path(self.map).stem}-seed{self.seed}"
         try:

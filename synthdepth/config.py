@@ -1,8 +1,8 @@
 """Checked configuration: frozen dataclasses whose fields say what they allow.
 
-A config class inherits from `Config`; its fields are made by `number`, `span` or `choice`. Values
-are checked on construction, and TOML tables are read into them with errors that name the key, the
-value and what is allowed.
+A config class inherits from `Config`; its fields are made by `number`, `span`, `choice` or
+`choices`. Values are checked on construction, and TOML tables are read into them with errors that
+name the key, the value and what is allowed.
 """
 
 import dataclasses
@@ -29,6 +29,12 @@ def span(default, low, high):
 def choice(default: str, allowed: tuple[str, ...]):
     """A field that holds one of a few words."""
     return dataclasses.field(default=default, metadata={"choice": allowed})
+
+
+def choices(default: tuple[str, ...], allowed: tuple[str, ...], *, least: int = 0):
+    """A field that holds a list of such words, at least `least` of them."""
+    metadata = {"choices": allowed, "least": least}
+    return dataclasses.field(default=tuple(default), metadata=metadata)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -73,6 +79,15 @@ def _checked(name: str, value, field: dataclasses.Field):
         if value not in allowed:
             raise RecipeError(f"{name} = {value!r}: allowed are {', '.join(allowed)}")
         return value
+    if "choices" in field.metadata:
+        allowed, least = field.metadata["choices"], field.metadata["least"]
+        words = list(value) if isinstance(value, list | tuple) else [value]
+        if len(words) < least or any(word not in allowed for word in words):
+            some = f"at least {least} of " if least else ""
+            raise RecipeError(
+                f"{name} = {_shown(value)}: allowed is a list of {some}{', '.join(allowed)}"
+            )
+        return tuple(words)
     if "span" in field.metadata:
         low, high = field.metadata["span"]
         pair = list(value) if isinstance(value, list | tuple) else []

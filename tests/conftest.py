@@ -11,6 +11,7 @@ from synthdepth.maps.world import Light, Material, World, assemble
 from synthdepth.production.overrides import with_overrides
 from synthdepth.production.recipe import load_recipe
 from synthdepth.production.run import render_dataset
+from synthdepth.render.settings import MODALITIES
 
 PAIRS, SIZE = 6, "112x96"
 
@@ -77,6 +78,8 @@ def recipe(size=SIZE):
         pairs_per_scene=4,
         pairs_per_flight=2,
         burst_pairs=2,
+        modalities=MODALITIES,
+        conditions=("clear", "overcast"),
     )
 
 

@@ -21,9 +21,10 @@ from synthdepth.dataset.manifest import read_index, read_manifest
 from synthdepth.dataset.pair import decode_pair
 from synthdepth.dataset.preview import preview
 from synthdepth.dataset.shard import read_members, shard_members
-from synthdepth.dataset.verify import verify
+from synthdepth.dataset.verify import flow_of, verify
 from synthdepth.errors import DatasetError
 from synthdepth.maps.registry import build_world
+from synthdepth.maps.world import LABELS
 from synthdepth.production.run import render_dataset
 from tests.conftest import PAIRS, SIZE, recipe
 from tests.raycast import Recaster
@@ -168,6 +169,32 @@ def test_prev_is_the_frame_before(pairs):
     assert np.median(gains) < 0.7
 
 
+def test_flow_labels_and_normals_agree_with_the_depth(pairs):
+    for pair in pairs:
+        near = (pair.depth_m < 200) & pair.visible
+        assert np.abs(pair.flow - flow_of(pair))[near].max() < 0.01
+        assert not np.isin(pair.seg[pair.depth_m < 200], [0]).any()
+        # Ground by its label is ground by its normal: z up, in camera axes.
+        up = pair.world_from_cam[:3, :3].T @ [0, 0, 1]
+        level = pair.normal[np.isin(pair.seg, [LABELS["ground"], LABELS["road"]])] @ up
+        assert np.median(level) > 0.98
+
+
+def test_farneback_agrees_with_the_true_flow_where_there_is_texture(pairs):
+    errors = []
+    for pair in pairs:
+        now, prev = (cv2.cvtColor(x, cv2.COLOR_RGB2GRAY) for x in (pair.rgb, pair.prev))
+        found = cv2.calcOpticalFlowFarneback(now, prev, None, 0.5, 4, 15, 5, 7, 1.5, 0)
+        textured = cv2.GaussianBlur(np.abs(cv2.Laplacian(now, cv2.CV_32F)), (0, 0), 3) > 6
+        use = textured & pair.visible & (pair.depth_m < 200)
+        length = np.linalg.norm(pair.flow, axis=-1)
+        use &= length < 20
+        if use.sum() > 200:
+            errors.append(np.median(np.linalg.norm(found - pair.flow, axis=-1)[use]))
+    assert len(errors) >= 2
+    assert np.median(errors) < 1.5
+
+
 def test_poses_and_times_are_those_of_a_flight(pairs):
     for pair in pairs:
         move = pair.world_from_cam[:3, 3] - pair.world_from_cam_prev[:3, 3]
@@ -241,13 +268,30 @@ def test_verify_looks_into_the_pairs(copy):
             depth = pair.depth_m.copy()
             depth[0, 0] = (0.0, 300.0)[number]
             png = encode_png(np.zeros_like(pair.rgb))
-            shard.add(key, encode_pair(rgb_png=png, prev_png=png, depth_m=depth, meta=pair.meta))
+            seg, flow = pair.seg.copy(), pair.flow.copy()
+            seg[5, 5], flow[pair.visible] = 250, flow[pair.visible] + 0.02
+            shard.add(
+                key,
+                encode_pair(
+                    rgb_png=png,
+                    prev_png=png,
+                    depth_m=depth,
+                    meta=pair.meta,
+                    flow=flow,
+                    visible=pair.visible,
+                    seg=seg,
+                    normal=None if number else pair.normal,
+                ),
+            )
     record |= {"sha256": sha256_of(path), "bytes": path.stat().st_size}
     (copy / "dataset.json").write_text(json.dumps(manifest))
     told = [fault.what for fault in verify(copy).faults]
     assert "depth has a value of 0.0 m" in told
     assert "depth has a value of 300.0 m, beyond the range of 200.0 m" in told
     assert told.count("rgb.png is black") == 2
+    assert "seg.png has a value that is no label" in told
+    assert "normal is missing" in told
+    assert any("px from what depth and poses say" in what for what in told)
 
 
 def test_the_contact_sheet_shows_the_pairs(dataset, tmp_path):

@@ -1,4 +1,4 @@
-"""Depth as OpenEXR: one float32 channel `Z` in metres, with the conventions in the header."""
+"""Depth, flow and normals as OpenEXR: float32 channels, with the conventions in the header."""
 
 import io
 import json
@@ -9,6 +9,8 @@ import OpenEXR
 from synthdepth.camera import Intrinsics
 
 CONVENTION = "planar (camera z), one ray through each pixel centre"
+FLOW_CONVENTION = "position at t-1 minus position at t, on the grid of t; u right, v down"
+NORMAL_CONVENTION = "unit, camera axes (x right, y down, z forward), turned to the camera; sky 0"
 
 
 def encode_depth(
@@ -23,8 +25,6 @@ def encode_depth(
         max_depth_m: where the depth saturates.
     """
     header = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
         "depthUnit": "metre",
         "depthConvention": CONVENTION,
         "maxDepth": float(max_depth_m),
@@ -32,8 +32,25 @@ def encode_depth(
         "intrinsics": json.dumps(camera.matrix.tolist()),
         "worldFromCam": json.dumps(np.asarray(world_from_cam, np.float64).tolist()),
     }
+    return _encode(header, {"Z": depth_m})
+
+
+def encode_flow(flow: np.ndarray, visible: np.ndarray) -> bytes:
+    """The EXR file of optical flow (H, W, 2) float32 [px] and its visibility (H, W) bool."""
+    header = {"flowUnit": "pixel", "flowConvention": FLOW_CONVENTION}
+    return _encode(header, {"u": flow[..., 0], "v": flow[..., 1], "visible": visible})
+
+
+def encode_normal(normal: np.ndarray) -> bytes:
+    """The EXR file of normals (H, W, 3) float32 in camera axes."""
+    header = {"normalConvention": NORMAL_CONVENTION}
+    return _encode(header, {name: normal[..., k] for k, name in enumerate("XYZ")})
+
+
+def _encode(header: dict, channels: dict[str, np.ndarray]) -> bytes:
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | header
     # OpenEXR writes garbage from arrays that are not contiguous.
-    channels = {"Z": np.ascontiguousarray(depth_m, np.float32)}
+    channels = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}
     buffer = io.BytesIO()
     with OpenEXR.File(header, channels) as file:
         file.write(buffer)
@@ -46,7 +63,22 @@ def decode_depth(data: bytes) -> np.ndarray:
     Raises:
         ValueError: not an EXR file with a float32 channel `Z`.
     """
-    return np.array(_channel(data, "Z"))
+    return _channels(data, ("Z",))[0]
+
+
+def decode_flow(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Flow (H, W, 2) float32 [px] and visibility (H, W) bool of `encode_flow`'s file.
+
+    Raises:
+        ValueError: not an EXR file with these channels.
+    """
+    u, v, visible = _channels(data, ("u", "v", "visible"))
+    return np.stack([u, v], axis=-1), visible > 0.5
+
+
+def decode_normal(data: bytes) -> np.ndarray:
+    """Normals (H, W, 3) float32 of `encode_normal`'s file; ValueError where it is none."""
+    return np.stack(_channels(data, ("X", "Y", "Z")), axis=-1)
 
 
 def depth_header(data: bytes) -> dict:
@@ -55,14 +87,15 @@ def depth_header(data: bytes) -> dict:
         return dict(file.header())
 
 
-def _channel(data: bytes, name: str) -> np.ndarray:
+def _channels(data: bytes, names: tuple[str, ...]) -> list[np.ndarray]:
     try:
         with OpenEXR.File(io.BytesIO(data), separate_channels=True) as file:
             channels = {key: np.array(channel.pixels) for key, channel in file.channels().items()}
     except (RuntimeError, OSError, ValueError) as error:
         raise ValueError(f"not a readable EXR file ({error})") from error
-    if name not in channels:
-        raise ValueError(f"no EXR channel {name!r}, only {sorted(channels)}")
-    if channels[name].dtype != np.float32:
-        raise ValueError(f"EXR channel {name!r} is {channels[name].dtype}, not float32")
-    return channels[name]
+    for name in names:
+        if name not in channels:
+            raise ValueError(f"no EXR channel {name!r}, only {sorted(channels)}")
+        if channels[name].dtype != np.float32:
+            raise ValueError(f"EXR channel {name!r} is {channels[name].dtype}, not float32")
+    return [channels[name] for name in names]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from synthdepth.dataset.pair import META_FIELDS
+from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, META_FIELDS
 from synthdepth.dataset.shard import read_members, shard_members, write_whole
 from synthdepth.errors import DatasetError
 
@@ -18,6 +18,12 @@ CARD = "README.md"
 # What decides the bytes of a dataset: a run may only go on in a folder that agrees in all of it.
 IDENTITY = ("schema_version", "map", "seed", "train_share", "recipe", "software")
 
+_CARD_LINES = {
+    "flow": "`<key>.flow.exr`: channels `u`, `v` [px], where each pixel was at t-1 minus where it "
+    "is now, and `visible`.",
+    "seg": "`<key>.seg.png`: class ids; `dataset.json` names them under `labels`.",
+    "normal": "`<key>.normal.exr`: unit normals `X`, `Y`, `Z` in camera axes.",
+}
 _ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string()}
 _MATRICES = ("intrinsics", "world_from_cam", "world_from_cam_prev")
 
@@ -63,20 +69,22 @@ def _differences(key: str, old, new):
         yield key, old, new
 
 
-def write_index(folder: Path, shards: list[Mapping]) -> None:
+def pair_files(manifest: Mapping) -> list[str]:
+    """The files of every pair of a dataset: "rgb.png", "prev.png", ..."""
+    return [*ALWAYS, *(BY_MODALITY[name] for name in manifest["recipe"]["render"]["modalities"])]
+
+
+def write_index(folder: Path, manifest: Mapping) -> None:
     """Write `index.parquet`, a row a pair: where its files lie, and all of its metadata.
 
     Args:
         folder: the dataset folder.
-        shards: the manifest's shard records.
+        manifest: the dataset's, with its shards.
     """
+    names = [name.split(".")[0] for name in pair_files(manifest)]
     schema = pa.schema(
         [("key", pa.string()), ("shard", pa.string())]
-        + [
-            (f"{name}_{what}", pa.int64())
-            for name in ("rgb", "prev", "depth", "meta")
-            for what in ("offset", "size")
-        ]
+        + [(f"{name}_{what}", pa.int64()) for name in names for what in ("offset", "size")]
         + [
             (name, pa.list_(pa.float64()) if kind is list else _ARROW[kind])
             for name, kind in META_FIELDS.items()
@@ -84,7 +92,7 @@ def write_index(folder: Path, shards: list[Mapping]) -> None:
     )
     sink = pa.BufferOutputStream()
     with pq.ParquetWriter(sink, schema, compression="zstd") as writer:
-        for shard in shards:
+        for shard in manifest["shards"]:
             path = Path(folder) / shard["path"]
             rows = [_index_row(path, shard["path"], k, m) for k, m in shard_members(path).items()]
             writer.write_table(pa.Table.from_pylist(rows, schema))
@@ -129,6 +137,7 @@ configs:
     card += "".join(
         f'  - {{split: {name}, path: "{name}/*.tar"}}\n' for name in sorted(splits, reverse=True)
     )
+    more = "".join(f"* {_CARD_LINES[name]}\n" for name in recipe["render"]["modalities"])
     card += f"""---
 
 # synthdepth: {manifest["map"]}, seed {manifest["seed"]}
@@ -141,7 +150,7 @@ configs:
 * `<key>.depth.exr`: channel `Z`, float32 metres, planar, saturated at
   {recipe["render"]["max_depth_m"]:g} m, sky included. OpenCV misreads it: use OpenEXR, OpenImageIO.
 * `<key>.meta.json`: intrinsics, poses (`world_from_cam`, OpenCV axes), flight, light.
-
+{more}
 The shards are WebDataset tar files; `index.parquet` has a row a pair with byte offsets, and
 `dataset.json` the recipe, the seeds, the software and every shard's sha256. Check the folder with
 `synthdepth verify`, look at it with `synthdepth preview`.

@@ -9,7 +9,14 @@ import cv2
 import numpy as np
 
 from synthdepth.camera import Intrinsics
-from synthdepth.dataset.exr import decode_depth, encode_depth
+from synthdepth.dataset.exr import (
+    decode_depth,
+    decode_flow,
+    decode_normal,
+    encode_depth,
+    encode_flow,
+    encode_normal,
+)
 
 SCHEMA_VERSION = 1
 
@@ -45,9 +52,18 @@ META_FIELDS = {
     "sun_elevation_deg": float,
     "turbidity": float,
     "visibility_m": float,
-    "exposure": float,
+    "cloud_cover": float,
+    "wetness": float,
     "spp": int,
+    "exposure": float,
+    "shutter_s": float,
+    "white_electrons": float,
+    "jpeg_quality": int,
 }
+
+# Files of a pair: those that are always there, and those of each modality.
+ALWAYS = ("rgb.png", "prev.png", "depth.exr", "meta.json")
+BY_MODALITY = {"flow": "flow.exr", "seg": "seg.png", "normal": "normal.exr"}
 
 
 def pair_key(map_name: str, scene_index: int, flight_index: int, frame_index: int) -> str:
@@ -82,6 +98,11 @@ class Pair:
         prev: frame t-1, (H, W, 3) uint8 sRGB.
         depth_m: planar depth of frame t, (H, W) float32 [m], saturated.
         meta: the fields of `META_FIELDS`.
+        flow: (H, W, 2) float32 [px], where each pixel of t was at t-1, minus where it is now; None
+            if the dataset has none, as below.
+        visible: (H, W) bool, whether that place was seen at t-1.
+        seg: (H, W) uint8, values of `LABELS`.
+        normal: (H, W, 3) float32 unit normals in camera axes, turned to the camera; 0 in the sky.
     """
 
     key: str
@@ -89,6 +110,10 @@ class Pair:
     prev: np.ndarray
     depth_m: np.ndarray
     meta: Mapping
+    flow: np.ndarray | None = None
+    visible: np.ndarray | None = None
+    seg: np.ndarray | None = None
+    normal: np.ndarray | None = None
 
     @property
     def camera(self) -> Intrinsics:
@@ -113,7 +138,15 @@ def camera_of(meta: Mapping) -> Intrinsics:
 
 
 def encode_pair(
-    *, rgb_png: bytes, prev_png: bytes, depth_m: np.ndarray, meta: Mapping
+    *,
+    rgb_png: bytes,
+    prev_png: bytes,
+    depth_m: np.ndarray,
+    meta: Mapping,
+    flow: np.ndarray | None = None,
+    visible: np.ndarray | None = None,
+    seg: np.ndarray | None = None,
+    normal: np.ndarray | None = None,
 ) -> dict[str, bytes]:
     """The files of a pair, {suffix: bytes}; pictures come encoded, as two pairs share each.
 
@@ -122,15 +155,23 @@ def encode_pair(
         prev_png: frame t-1.
         depth_m: (H, W) float32 [m], saturated.
         meta: the fields of `META_FIELDS`.
+        flow, visible, seg, normal: as `Pair` has them; what is None gets no file.
     """
     check_meta(meta)
     pose = np.array(meta["world_from_cam"])
-    return {
+    members = {
         "rgb.png": rgb_png,
         "prev.png": prev_png,
         "depth.exr": encode_depth(depth_m, camera_of(meta), pose, meta["max_depth_m"]),
         "meta.json": json.dumps(dict(meta)).encode(),
     }
+    if flow is not None:
+        members["flow.exr"] = encode_flow(flow, visible)
+    if seg is not None:
+        members["seg.png"] = cv2.imencode(".png", seg)[1].tobytes()
+    if normal is not None:
+        members["normal.exr"] = encode_normal(normal)
+    return members
 
 
 def decode_pair(key: str, members: Mapping[str, bytes]) -> Pair:
@@ -139,9 +180,12 @@ def decode_pair(key: str, members: Mapping[str, bytes]) -> Pair:
     Raises:
         ValueError: a member is missing or cannot be decoded.
     """
-    missing = {"rgb.png", "prev.png", "depth.exr", "meta.json"} - set(members)
+    missing = set(ALWAYS) - set(members)
     if missing:
         raise ValueError(f"pair {key} lacks {', '.join(sorted(missing))}")
+    flow = visible = None
+    if "flow.exr" in members:
+        flow, visible = decode_flow(members["flow.exr"])
     meta = json.loads(members["meta.json"])
     check_meta(meta)
     return Pair(
@@ -150,6 +194,10 @@ def decode_pair(key: str, members: Mapping[str, bytes]) -> Pair:
         prev=decode_png(members["prev.png"]),
         depth_m=decode_depth(members["depth.exr"]),
         meta=meta,
+        flow=flow,
+        visible=visible,
+        seg=_decode_labels(members["seg.png"]) if "seg.png" in members else None,
+        normal=decode_normal(members["normal.exr"]) if "normal.exr" in members else None,
     )
 
 
@@ -177,3 +225,10 @@ def decode_png(data: bytes) -> np.ndarray:
     if image is None:
         raise ValueError("not a readable PNG file")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def _decode_labels(data: bytes) -> np.ndarray:
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    if image is None or image.ndim != 2 or image.dtype != np.uint8:
+        raise ValueError("seg.png is not a readable 8-bit grey PNG file")
+    return image

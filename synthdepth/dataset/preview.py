@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from synthdepth.dataset.manifest import read_index, read_manifest
-from synthdepth.dataset.pair import Pair, decode_pair
+from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, Pair, decode_pair
 from synthdepth.dataset.shard import Member, read_members
 from synthdepth.errors import SynthdepthError
 from synthdepth.seeding import lane
@@ -43,16 +43,33 @@ def random_pairs(folder: Path, count: int, seed: int) -> list[Pair]:
 
 
 def _read_row(folder: Path, row: dict) -> Pair:
-    suffixes = {"rgb": "rgb.png", "prev": "prev.png", "depth": "depth.exr", "meta": "meta.json"}
+    suffixes = {name.split(".")[0]: name for name in (*ALWAYS, *BY_MODALITY.values())}
     members = {
         suffix: Member(offset=row[f"{name}_offset"], size=row[f"{name}_size"])
         for name, suffix in suffixes.items()
+        if f"{name}_offset" in row
     }
     return decode_pair(row["key"], read_members(folder / row["shard"], members))
 
 
+def colour_flow(flow: np.ndarray) -> np.ndarray:
+    """Flow (H, W, 2) [px], direction as hue, length as saturation: (H, W, 3) uint8 RGB."""
+    length, angle = cv2.cartToPolar(flow[..., 0], flow[..., 1])
+    share = np.clip(length / max(float(np.percentile(length, 99)), 1e-6), 0, 1)
+    hue, saturation = angle * (90 / np.pi), 255 * share
+    hsv = np.stack([hue, saturation, np.full_like(hue, 255)], axis=-1).astype(np.uint8)
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
+
+
+def colour_labels(seg: np.ndarray) -> np.ndarray:
+    """Labels (H, W) uint8 in colours that tell neighbours apart, (H, W, 3) uint8 RGB; sky black."""
+    number = seg.astype(np.float32)
+    hsv = np.stack([number * 67 % 180, 110 + number * 53 % 145, 150 + number * 37 % 105], axis=-1)
+    return cv2.cvtColor((hsv * (seg[..., None] > 0)).astype(np.uint8), cv2.COLOR_HSV2RGB)
+
+
 def contact_sheet(pairs: list[Pair], columns: int = 4, tile_px: int = 200) -> np.ndarray:
-    """One picture of many pairs: frame t, frame t-1 and depth of each, and a depth histogram.
+    """One picture of many pairs: frames, depth and what else each has, and a depth histogram.
 
     Args:
         pairs: at least one.
@@ -78,16 +95,27 @@ def _cell(pair: Pair, tile_px: int) -> np.ndarray:
     depth = colour_depth(pair.depth_m, pair.meta["max_depth_m"])
     tiles = [
         cv2.resize(image, (tile_px, height), interpolation=cv2.INTER_AREA)
-        for image in (pair.rgb, pair.prev, depth)
+        for image in (pair.rgb, pair.prev, depth, *_modality_tiles(pair))
     ]
-    cell = np.full((height + _CAPTION_PX + 4, 3 * tile_px + 8, 3), 255, np.uint8)
+    cell = np.full((height + _CAPTION_PX + 4, len(tiles) * tile_px + 8, 3), 255, np.uint8)
     cell[_CAPTION_PX : _CAPTION_PX + height, 4:-4] = np.concatenate(tiles, axis=1)
     text = (
-        f"{pair.key}  {pair.meta['split']}  {pair.meta['speed_mps']:.1f} m/s  "
+        f"{pair.key}  {pair.meta['condition']}  {pair.meta['speed_mps']:.1f} m/s  "
         f"{pair.meta['altitude_m']:.1f} m up  nearest {pair.meta['nearest_depth_m']:.1f} m"
     )
     _write(cell, text, (6, _CAPTION_PX - 5))
     return cell
+
+
+def _modality_tiles(pair: Pair) -> list[np.ndarray]:
+    tiles = []
+    if pair.flow is not None:
+        tiles.append(colour_flow(pair.flow))
+    if pair.seg is not None:
+        tiles.append(colour_labels(pair.seg))
+    if pair.normal is not None:
+        tiles.append((127.5 * (1 - pair.normal)).astype(np.uint8))
+    return tiles
 
 
 def _histogram(pairs: list[Pair], width: int) -> np.ndarray:

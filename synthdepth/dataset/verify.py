@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from synthdepth.camera import project, unproject
 from synthdepth.dataset.exr import depth_header
 from synthdepth.dataset.manifest import CARD, INDEX, MANIFEST, read_index, read_manifest
 from synthdepth.dataset.pair import Pair, decode_pair
@@ -16,6 +17,7 @@ from synthdepth.errors import DatasetError
 
 # Depth stored in the header and in meta.json are float32 and float64 of the same number.
 _POSE_TOLERANCE = 1e-6
+FLOW_TOLERANCE_PX = 0.01
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -152,6 +154,7 @@ def pair_problems(pair: Pair, record: Mapping, manifest: Mapping) -> list[str]:
         problems.append("nearest_depth_m is not the least depth")
     if abs(float(np.mean(depth < top)) - meta["in_range_share"]) > 1e-6:
         problems.append("in_range_share is not the share of pixels within the range")
+    problems += _modality_problems(pair, manifest)
     for name in ("world_from_cam", "world_from_cam_prev"):
         pose = np.array(meta[name])
         if pose.shape != (4, 4) or not _is_rigid(pose):
@@ -166,6 +169,48 @@ def pair_problems(pair: Pair, record: Mapping, manifest: Mapping) -> list[str]:
         elif image.min() > 235:
             problems.append(f"{name} is burnt out")
     return problems
+
+
+def _modality_problems(pair: Pair, manifest: Mapping) -> list[str]:
+    """Where flow, labels and normals break the contract or contradict the depth."""
+    problems = []
+    shape, top = pair.depth_m.shape, np.float32(manifest["depth"]["max_depth_m"])
+    asked = manifest["recipe"]["render"]["modalities"]
+    there = {"flow": pair.flow, "seg": pair.seg, "normal": pair.normal}
+    for name, image in there.items():
+        if (image is None) == (name in asked):
+            problems.append(f"{name} is {'missing' if image is None else 'more than was asked'}")
+        elif image is not None and image.shape[:2] != shape:
+            problems.append(f"{name} is {image.shape[:2]}, the depth {shape}")
+    if problems:
+        return problems
+    in_range = pair.depth_m < top
+    if pair.seg is not None:
+        if not np.isin(pair.seg, list(manifest["labels"].values())).all():
+            problems.append("seg.png has a value that is no label")
+        if (pair.seg[in_range] == 0).any():
+            problems.append("seg.png has sky where the depth is within the range")
+    if pair.normal is not None:
+        length = np.linalg.norm(pair.normal, axis=-1)
+        if not (np.abs(length - 1) < 1e-3)[in_range].all():
+            problems.append("normal.exr has vectors that are not of unit length")
+        if (np.einsum("hwc,hwc->hw", pair.normal, pair.camera.rays()) > 1e-3).any():
+            problems.append("normal.exr has normals that are turned away from the camera")
+    if pair.flow is not None and not np.isfinite(pair.flow).all():
+        problems.append("flow.exr has values that are not finite")
+    elif pair.flow is not None:
+        worst = np.abs(pair.flow - flow_of(pair))[in_range & (pair.visible > 0)].max(initial=0)
+        if worst > FLOW_TOLERANCE_PX:
+            problems.append(f"flow.exr is {worst:.3f} px from what depth and poses say")
+    return problems
+
+
+def flow_of(pair: Pair) -> np.ndarray:
+    """Flow (H, W, 2) [px] to frame t-1 by depth and poses alone; NaN behind that camera."""
+    place = unproject(pair.depth_m, pair.camera, pair.world_from_cam)
+    was, _ = project(place, pair.camera, pair.world_from_cam_prev)
+    v, u = np.mgrid[: pair.camera.height, : pair.camera.width]
+    return was - np.stack([u, v], axis=-1)
 
 
 def _is_rigid(pose: np.ndarray) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from synthdepth.config import Config
 from synthdepth.maps.light import LightRanges, draw_light
 from synthdepth.maps.neighborhood import NeighborhoodRanges, neighborhood
+from synthdepth.maps.weather import weathered
 from synthdepth.maps.world import Light, World
 from synthdepth.seeding import lane
 
@@ -36,4 +37,5 @@ MAPS = {
 
 def build_world(map_name: str, ranges: Config, light: LightRanges, scene_seed: int) -> World:
     """One scene of a map: a function of its seed and ranges alone."""
-    return MAPS[map_name].build(scene_seed, ranges, draw_light(lane(scene_seed, "light"), light))
+    drawn = draw_light(lane(scene_seed, "light"), light)
+    return weathered(MAPS[map_name].build(scene_seed, ranges, drawn))

@@ -19,6 +19,9 @@ def with_overrides(
     pairs_per_scene: int | None = None,
     pairs_per_flight: int | None = None,
     burst_pairs: int | None = None,
+    modalities: tuple[str, ...] | None = None,
+    conditions: tuple[str, ...] | None = None,
+    sensor: str | None = None,
 ) -> Recipe:
     """A recipe with what the user gave instead; what is None stays as it is.
 
@@ -31,6 +34,9 @@ def with_overrides(
         pairs_per_scene: pairs of one shard.
         pairs_per_flight: pairs of one flight.
         burst_pairs: pairs of consecutive frames in a row.
+        modalities: ground truth beside the depth.
+        conditions: what the scenes' light is drawn from.
+        sensor: "drawn" or "ideal".
 
     Raises:
         RecipeError: a value is not allowed; the message names the option.
@@ -39,22 +45,30 @@ def with_overrides(
         recipe = dataclasses.replace(recipe, camera=_camera(camera))
     if size is not None:
         recipe = dataclasses.replace(recipe, camera=_resized(recipe.camera, size))
-    render = _replaced(recipe.render, {"max_depth_m": max_depth_m, "spp": spp})
+    if sensor is not None:
+        faults = _replaced(recipe.sensor, {"model": sensor}, {"model": "sensor"})
+        recipe = dataclasses.replace(recipe, sensor=faults)
+    light = _replaced(recipe.light, {"conditions": conditions})
+    render = _replaced(
+        recipe.render, {"max_depth_m": max_depth_m, "spp": spp, "modalities": modalities}
+    )
     given = {
         "pairs_per_scene": pairs_per_scene,
         "pairs_per_flight": pairs_per_flight,
         "burst_pairs": burst_pairs,
     }
-    return dataclasses.replace(recipe, render=render, sampling=_replaced(recipe.sampling, given))
+    sampling = _replaced(recipe.sampling, given)
+    return dataclasses.replace(recipe, light=light, render=render, sampling=sampling)
 
 
-def _replaced(config, given: dict):
+def _replaced(config, given: dict, options: dict | None = None):
     for name, value in given.items():
         if value is not None:
             try:
                 config = dataclasses.replace(config, **{name: value})
             except RecipeError as error:
-                raise RecipeError(f"--{name.replace('_', '-')}: {error}") from None
+                option = (options or {}).get(name, name).replace("_", "-")
+                raise RecipeError(f"--{option}: {error}") from None
     return config
 
 

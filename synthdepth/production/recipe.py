@@ -11,6 +11,7 @@ from synthdepth.errors import RecipeError
 from synthdepth.flight.limits import FlightLimits
 from synthdepth.maps.light import LightRanges
 from synthdepth.maps.registry import MAPS
+from synthdepth.render.sensor import SensorRanges
 from synthdepth.render.settings import RenderSettings
 
 
@@ -89,7 +90,7 @@ class Recipe:
     Attributes:
         map: which generator builds the scenes.
         scene: the generator's own ranges.
-        light, flight, camera, sampling, render: what their classes say.
+        light, flight, camera, sensor, sampling, render: what their classes say.
     """
 
     map: str
@@ -97,6 +98,7 @@ class Recipe:
     light: LightRanges
     flight: FlightLimits
     camera: CameraRecipe
+    sensor: SensorRanges
     sampling: SamplingRecipe
     render: RenderSettings
 
@@ -124,6 +126,7 @@ _SECTIONS = {
     "light": LightRanges,
     "flight": FlightLimits,
     "camera": CameraRecipe,
+    "sensor": SensorRanges,
     "sampling": SamplingRecipe,
     "render": RenderSettings,
 }

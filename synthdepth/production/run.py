@@ -25,6 +25,7 @@ from synthdepth.dataset.manifest import (
 from synthdepth.dataset.pair import META_FIELDS, SCHEMA_VERSION, scene_of_key
 from synthdepth.dataset.shard import PARTIAL, sha256_of, shard_members, write_error
 from synthdepth.errors import DatasetError, SynthdepthError
+from synthdepth.maps.world import LABELS
 from synthdepth.production.plan import ShardJob, plan_shards
 from synthdepth.production.pool import Finished, run_jobs
 from synthdepth.production.recipe import Recipe
@@ -196,6 +197,7 @@ def _blank_manifest(recipe: Recipe, seed: int, train_share: float, backend: Back
             "max_depth_m": recipe.render.max_depth_m,
         },
         "meta_fields": list(META_FIELDS),
+        "labels": LABELS if "seg" in recipe.render.modalities else {},
         "recipe": recipe.as_dict(),
         "shards": [],
     }
@@ -297,5 +299,5 @@ def _finish(folder: Path, manifest: dict, records: dict[str, dict]) -> None:
     """Write what is made of all shards: index and card."""
     _save(folder, manifest, records)
     final = read_manifest(folder)
-    write_index(folder, final["shards"])
+    write_index(folder, final)
     write_card(folder, final)

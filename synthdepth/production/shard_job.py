@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from synthdepth.camera import pitch_roll_deg
 from synthdepth.dataset.pair import (
@@ -23,6 +24,7 @@ from synthdepth.maps.registry import build_world
 from synthdepth.maps.world import Light
 from synthdepth.production.plan import ShardJob
 from synthdepth.production.recipe import Recipe, SamplingRecipe
+from synthdepth.render.sensor import Motion, Sensor, draw_sensor, expose
 from synthdepth.seeding import lane
 
 
@@ -148,6 +150,7 @@ def _render_pairs(
 ) -> Iterator[tuple[str, dict[str, bytes]]]:
     """The scene's pairs from number `skip` on, each as its key and files."""
     from synthdepth.render.renderer import load_world
+    from synthdepth.render.truth import ground_truth
 
     with _adding_time(cost, "build_s"):
         world = build_world(recipe.map, recipe.scene, recipe.light, job.scene_seed)
@@ -161,6 +164,10 @@ def _render_pairs(
     light = world.light
     del world
 
+    sensors = [
+        draw_sensor(lane(job.scene_seed, "sensor", k), recipe.sensor, at_night=light.lamps_on)
+        for k in range(len(flights))
+    ]
     # Running numbers, not hashes: the scalar variant repeats its noise modulo 65,536.
     first = job.scene_index * recipe.sampling.frames_per_scene
     last_number, last_png = None, b""
@@ -168,10 +175,21 @@ def _render_pairs(
         flight = flights[shot.flight_index]
         pose, prev_pose = (flight.state.world_from_cam[shot.frame_index - k] for k in (0, 1))
         fresh = last_number != shot.prev_number
+        sensor = sensors[shot.flight_index]
+
+        def picture(t: int, number: int, flight=flight, sensor=sensor) -> np.ndarray:
+            radiance = renderer.radiance(
+                flight.state.world_from_cam[t], first + number, _motion(flight, t, sensor)
+            )
+            noise = lane(job.scene_seed, "noise", number)
+            return expose(noise, radiance, renderer.exposure, sensor)
+
         start = time.perf_counter()
-        prev = renderer.rgb(prev_pose, first + shot.prev_number) if fresh else None
-        rgb = renderer.rgb(pose, first + shot.number)
-        depth_m = saturate(renderer.planar_depth(pose), recipe.render.max_depth_m)
+        t = shot.frame_index
+        prev = picture(t - 1, shot.prev_number) if fresh else None
+        rgb = picture(t, shot.number)
+        truth = ground_truth(renderer, pose, prev_pose, recipe.render.modalities)
+        depth_m = saturate(truth.depth_m, recipe.render.max_depth_m)
         cost.render_s.append(time.perf_counter() - start)
         with _adding_time(cost, "encode_s"):
             rgb_png = encode_png(rgb)
@@ -179,7 +197,12 @@ def _render_pairs(
                 rgb_png=rgb_png,
                 prev_png=encode_png(prev) if fresh else last_png,
                 depth_m=depth_m,
-                meta=_meta(job, recipe, light, flight, shot, depth_m, renderer.exposure),
+                meta=_meta(job, recipe, light, flight, shot, depth_m)
+                | _sensor_meta(sensor, renderer.exposure),
+                flow=truth.flow,
+                visible=truth.visible,
+                seg=truth.seg,
+                normal=truth.normal,
             )
         last_number, last_png = shot.number, rgb_png
         yield pair_key(recipe.map, job.scene_index, shot.flight_index, shot.frame_index), members
@@ -218,7 +241,6 @@ def _meta(
     flight: Flight,
     shot: Shot,
     depth_m: np.ndarray,
-    exposure: float,
 ) -> dict:
     t, camera = shot.frame_index, recipe.camera.intrinsics()
     pitch_deg, roll_deg = pitch_roll_deg(flight.state.world_from_cam[t])
@@ -252,6 +274,29 @@ def _meta(
         "sun_elevation_deg": light.sun_elevation_deg,
         "turbidity": light.turbidity,
         "visibility_m": light.visibility_m,
-        "exposure": exposure,
+        "cloud_cover": light.cloud_cover,
+        "wetness": light.wetness,
         "spp": recipe.render.spp,
     }
+
+
+def _sensor_meta(sensor: Sensor, exposure: float) -> dict:
+    ideal = not np.isfinite(sensor.electrons)
+    return {
+        "exposure": exposure * float(sensor.gain[1]),
+        "shutter_s": sensor.shutter_s,
+        "white_electrons": 0.0 if ideal else sensor.electrons,
+        "jpeg_quality": sensor.jpeg_quality or 0,
+    }
+
+
+def _motion(flight: Flight, t: int, sensor: Sensor) -> Motion | None:
+    """What the camera does while the shutter is open around frame t."""
+    if not sensor.shutter_s:
+        return None
+    ends = flight.time_s[t] + sensor.shutter_s * np.array([-0.5, 0.5])
+    ends = np.clip(ends, flight.time_s[0], flight.time_s[-1])
+    first, last = flight.state_at(ends).world_from_cam
+    share = sensor.shutter_s / (ends[1] - ends[0])
+    turn = Rotation.from_matrix(last[:3, :3] @ first[:3, :3].T).as_rotvec()
+    return Motion(moved_m=share * (last[:3, 3] - first[:3, 3]), turned_rad=share * turn)

@@ -3,6 +3,8 @@
 # Annotations stay text: Mitsuba has no types before a variant is set.
 from __future__ import annotations
 
+import dataclasses
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -10,17 +12,41 @@ from mitsuba_oidn import Quality, denoise
 
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.world import World
+from synthdepth.render.atlas import pack
 from synthdepth.render.colour import LUMINANCE, to_uint8
-from synthdepth.render.integrate import SUN_SLOPE, Lights, camera_samples
-from synthdepth.render.scene import build_scene, sunsky, to_world
+from synthdepth.render.integrate import LampGrid, Lights, View, camera_samples, lamp_grid
+from synthdepth.render.lamps import LIGHTING_CDM2, Lamps, find_lamps
+from synthdepth.render.scene import build_scene, sky_emitter
+from synthdepth.render.sensor import Motion
 from synthdepth.render.settings import RenderSettings
+from synthdepth.render.sky import LUX, Sky, make_sky
 
 # A sample brighter than this many sunlit white cards is a firefly, not picture content.
 _FIREFLY_WHITES = 20.0
 # Display-linear value of a sunlit white card at a correct exposure. Above 1, as cameras expose for
 # a world that is much darker than a white card; the shoulder keeps its highlights.
 _WHITE_LEVEL = 1.7
-_LIGHT_SAMPLES = 96
+# A low sun lights walls rather than the ground: exposure counts it as if it stood this high.
+_LEAST_SINE = 0.35
+# At night what only the moon lights stays dark,
+_NIGHT_STOPS = 1.8
+# and a camera exposes for what the lamps light: this quantile of it, over the flight area.
+_LAMP_QUANTILE, _LAMP_SHARE, _LAMP_POINTS = 0.8, 0.7, 24
+
+
+@dataclasses.dataclass(frozen=True)
+class Surfels:
+    """What the rays through the pixel centres hit.
+
+    Attributes:
+        depth_m: (H, W) float32 unsaturated planar depth [m]; the sky is inf.
+        label: (H, W) uint8, a value of `LABELS`; the sky is 0.
+        normal: (H, W, 3) float32 unit normals in camera axes, turned to the camera; the sky is 0.
+    """
+
+    depth_m: np.ndarray
+    label: np.ndarray
+    normal: np.ndarray
 
 
 def load_world(world: World, camera: Intrinsics, settings: RenderSettings) -> Renderer:
@@ -45,84 +71,93 @@ class Renderer:
     makes both slow.
     """
 
-    _sky_with_sun = False
-
     def __init__(self, world: World, camera: Intrinsics, settings: RenderSettings):
         self.camera, self._light = camera, world.light
-        self.scene = build_scene(world, camera, with_sun=self._sky_with_sun)
+        self.sky = make_sky(world.light)
+        atlas = pack(world.materials)
+        self.scene = build_scene(world, camera, atlas, self._emitters(self.sky))
         self._params = mi.traverse(self.scene)
         self._rays = camera.rays().reshape(-1, 3)
-        sun, sky = self._irradiance()
-        white = float((sun + sky) @ LUMINANCE) / np.pi
+        lamps = find_lamps(world, atlas) if world.light.lamps_on else None
+        level = self.sky.irradiance @ LUMINANCE
+        level += self.sky.beam @ LUMINANCE * max(world.light.sun_direction[2], _LEAST_SINE)
+        if world.light.lamps_on:
+            level *= 2.0**_NIGHT_STOPS
+        if lamps is not None:
+            level += _LAMP_SHARE * _typical(lamps, world)
+        white = float(level) / np.pi
         self.exposure = float(_WHITE_LEVEL / white)
         self._limit = _FIREFLY_WHITES * white
-        self._lights = self._jit_lights(sun, sky)
-        self._trace = self._compiled(self._trace_once)
+        self._prepare(world, atlas, lamps)
         self.set_settings(settings)
 
-    def _compiled(self, function):
-        """The function with its kernels recorded once."""
-        return dr.freeze(function)
+    def _emitters(self, sky: Sky) -> dict:
+        """What lights the scene from above, but for the sun: our integrator adds it itself."""
+        return {"sky": sky_emitter(sky)}
+
+    def _prepare(self, world: World, atlas, lamps: Lamps | None) -> None:
+        luminance = [world.materials[name].luminance_cdm2 * LUX for name in atlas.index]
+        grid = None
+        if world.light.lamps_on and (lamps is not None or any(luminance)):
+            lights_nothing = [0.0 if v >= LIGHTING_CDM2 * LUX else v for v in luminance]
+            grid = lamp_grid(lamps or _no_lamps(), luminance, lights_nothing)
+        self._lights = self._jit_lights(grid)
+        self._trace = dr.freeze(self._trace_once)
+        self._trace_surfels = dr.freeze(self._trace_surfels_once)
+
+    def _jit_lights(self, grid: LampGrid | None) -> Lights:
+        lights = Lights(
+            sun=mi.Frame3f(mi.Normal3f(*self._light.sun_direction.tolist())),
+            sun_irradiance=mi.Color3f(*self.sky.beam.tolist()),
+            sky_irradiance=mi.Color3f(*self.sky.irradiance.tolist()),
+            visibility_m=mi.Float(self._light.visibility_m),
+            limit=mi.Float(self._limit),
+            lamps=grid,
+        )
+        dr.make_opaque(lights)
+        return lights
 
     def set_settings(self, settings: RenderSettings) -> None:
         """Render with other samples or denoising from now on; compiles a new kernel."""
         self.settings = settings
         self._sampler = mi.load_dict({"type": "independent", "sample_count": settings.spp})
-        self._samples = self._compiled(self._samples_once)
+        self._samples = dr.freeze(self._samples_once)
 
-    def _irradiance(self) -> tuple[np.ndarray, np.ndarray]:
-        """Irradiance of level ground by sun and by sky, (3,) each."""
-        side = (np.arange(_LIGHT_SAMPLES) + 0.5) / _LIGHT_SAMPLES
-        grid = np.stack(np.meshgrid(side, side)).reshape(2, -1).astype(np.float32)
-        environment = self.scene.environment()
-        found, weight = environment.sample_direction(dr.zeros(mi.Interaction3f), mi.Point2f(grid))
-        sky = (mi.Color3f(weight) * dr.maximum(found.d.z, 0)).numpy().mean(axis=1)
-
-        # The sun's radiance is what the sky with it has more than the one without it.
-        with_sun = mi.load_dict(sunsky(self._light, with_sun=True))
-        disc = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(grid)) * (2 * SUN_SLOPE)
-        si = dr.zeros(mi.SurfaceInteraction3f)
-        toward = self._sun_frame().to_world(mi.Vector3f(disc.x, disc.y, 1.0))
-        si.wi = -dr.normalize(toward)
-        excess = (with_sun.eval(si) - environment.eval(si)).numpy().mean(axis=1)
-        solid_angle = np.pi * (2 * SUN_SLOPE) ** 2
-        return excess * solid_angle * self._light.sun_direction[2], sky
-
-    def _sun_frame(self) -> mi.Frame3f:
-        return mi.Frame3f(mi.Normal3f(*self._light.sun_direction.tolist()))
-
-    def _jit_lights(self, sun: np.ndarray, sky: np.ndarray) -> Lights:
-        facing = np.maximum(sun / self._light.sun_direction[2], 0)
-        lights = Lights(
-            sun=self._sun_frame(),
-            sun_irradiance=mi.Color3f(*facing.tolist()),
-            sky_irradiance=mi.Color3f(*sky.tolist()),
-            visibility_m=mi.Float(self._light.visibility_m),
-            limit=mi.Float(self._limit),
+    def _samples_once(self, scene, seed, lights, view):
+        return camera_samples(
+            scene, self._sampler, seed, self.camera, self.settings.spp, lights, view
         )
-        dr.make_opaque(lights)
-        return lights
 
-    def _samples_once(self, scene, seed, lights):
-        size = (self.camera.width, self.camera.height)
-        return camera_samples(scene, self._sampler, seed, size, self.settings, lights)
-
-    def noisy(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
+    def noisy(
+        self, world_from_cam: np.ndarray, seed: int, motion: Motion | None = None
+    ) -> np.ndarray:
         """Radiance, guide albedo and guide normal before denoising, (H, W, 9) float32.
 
         Args:
-            world_from_cam: (4, 4) pose.
+            world_from_cam: (4, 4) pose at mid-exposure.
             seed: the frame's number; every number is another noise pattern.
+            motion: of the camera during the exposure; none by default.
         """
-        self._params["camera.to_world"] = to_world(world_from_cam)
-        self._params.update()
-        channels = self._samples(self.scene, dr.opaque(mi.UInt32, seed), self._lights)
+        columns = [world_from_cam[:3, k].tolist() for k in range(4)]
+        still = np.zeros(3)
+        view = View(
+            mi.Point3f(*columns[3]),
+            mi.Vector3f(*columns[0]),
+            mi.Vector3f(*columns[1]),
+            mi.Vector3f(*columns[2]),
+            mi.Vector3f(*(motion.moved_m if motion else still).tolist()),
+            mi.Vector3f(*(motion.turned_rad if motion else still).tolist()),
+        )
+        dr.make_opaque(view)
+        channels = self._samples(self.scene, dr.opaque(mi.UInt32, seed), self._lights, view)
         stacked = np.stack([channel.numpy() for channel in channels], axis=-1)
         return stacked.reshape(self.camera.height, self.camera.width, 9)
 
-    def radiance(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
+    def radiance(
+        self, world_from_cam: np.ndarray, seed: int, motion: Motion | None = None
+    ) -> np.ndarray:
         """Radiance before exposure, (H, W, 3) float32, denoised as the settings say."""
-        noisy = self.noisy(world_from_cam, seed)
+        noisy = self.noisy(world_from_cam, seed, motion)
         colour = np.ascontiguousarray(noisy[..., :3])
         if self.settings.denoise == "off":
             return colour
@@ -140,17 +175,82 @@ class Renderer:
         )
 
     def rgb(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
-        """The frame as 8-bit sRGB, (H, W, 3) uint8."""
+        """The frame of an ideal camera as 8-bit sRGB, (H, W, 3) uint8."""
         return to_uint8(self.radiance(world_from_cam, seed), self.exposure)
 
     def _trace_once(self, scene, origin, direction):
-        # Directions have z = 1 in the camera, so the ray parameter is the planar depth itself.
         return scene.ray_intersect_preliminary(mi.Ray3f(origin, direction), coherent=True).t
+
+    def _trace_surfels_once(self, scene, origin, direction):
+        ray = mi.Ray3f(origin, direction)
+        hit = scene.ray_intersect_preliminary(ray, coherent=True)
+        si = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal)
+        found = hit.is_valid()
+        label = dr.select(found, si.shape.eval_attribute_1("face_label", si, found), 0.0)
+        normal = dr.select(found, si.n, 0.0)
+        return hit.t, mi.UInt32(label), normal
+
+    def _rays_from(self, world_from_cam: np.ndarray, direction: np.ndarray):
+        direction = np.ascontiguousarray(direction.T, np.float32)
+        origin = np.broadcast_to(world_from_cam[:3, 3].astype(np.float32)[:, None], direction.shape)
+        return mi.Point3f(np.ascontiguousarray(origin)), mi.Vector3f(direction)
+
+    def reach(self, world_from_cam: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """How far rays from the camera's position get, (n,) float32.
+
+        Args:
+            world_from_cam: (4, 4) pose.
+            direction: (n, 3), world axes, of any length.
+
+        Returns:
+            The distance to the first surface in lengths of `direction`; inf where there is none.
+        """
+        return self._trace(self.scene, *self._rays_from(world_from_cam, direction)).numpy()
+
+    def _hits(self, world_from_cam: np.ndarray, direction: np.ndarray):
+        """`reach`, labels (n,) and normals (n, 3)."""
+        rays = self._rays_from(world_from_cam, direction)
+        t, label, normal = self._trace_surfels(self.scene, *rays)
+        return t.numpy(), label.numpy(), normal.numpy().T
+
+    def _through_pixels(self, world_from_cam: np.ndarray) -> np.ndarray:
+        # Directions have z = 1 in the camera, so the ray parameter is the planar depth itself.
+        return self._rays @ world_from_cam[:3, :3].T
 
     def planar_depth(self, world_from_cam: np.ndarray) -> np.ndarray:
         """Unsaturated planar depth at the pixel centres, (H, W) float32 [m]; the sky is inf."""
-        direction = (self._rays @ world_from_cam[:3, :3].T).astype(np.float32)
-        origin = np.broadcast_to(world_from_cam[:3, 3].astype(np.float32), direction.shape)
-        o, d = (mi.Vector3f(np.ascontiguousarray(a.T)) for a in (origin, direction))
-        t = self._trace(self.scene, mi.Point3f(o), d).numpy()
+        t = self.reach(world_from_cam, self._through_pixels(world_from_cam))
         return t.reshape(self.camera.height, self.camera.width)
+
+    def surfels(self, world_from_cam: np.ndarray) -> Surfels:
+        """Depth as `planar_depth` has it, with labels and normals."""
+        rays = self._through_pixels(world_from_cam)
+        t, label, n = self._hits(world_from_cam, rays)
+        shape = (self.camera.height, self.camera.width)
+        away = np.einsum("nx,nx->n", n, rays) > 0
+        n = np.where(away[:, None], -n, n) @ world_from_cam[:3, :3]
+        return Surfels(
+            depth_m=t.reshape(shape),
+            label=label.astype(np.uint8).reshape(shape),
+            normal=n.astype(np.float32).reshape(*shape, 3),
+        )
+
+
+def _typical(lamps: Lamps, world: World) -> float:
+    """What the lamps give the brighter places of the flight area, without shadows."""
+    low, high = world.flight_bounds
+    x, y = (np.linspace(low[k], high[k], _LAMP_POINTS) for k in range(2))
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    places = np.column_stack([places, world.ground_m(places)])
+    return float(np.quantile(lamps.irradiance(places) @ LUMINANCE, _LAMP_QUANTILE))
+
+
+def _no_lamps() -> Lamps:
+    """A grid that covers nothing, for a night with lit windows and no lamps."""
+    return Lamps(
+        table=np.zeros((1, 12), np.float32),
+        corner=np.zeros(2),
+        cells=(0, 0),
+        candidates=np.zeros((1, 1), np.int64),
+        cumulative=np.ones((1, 1), np.float32),
+    )

@@ -1,47 +1,46 @@
 """Rendering without a JIT compiler: for machines on which no libLLVM works.
 
 Slow, and plainer: one colour a vertex instead of textures, no guides for the denoiser, haze added a
-pixel at a time. Depth is the same to float rounding.
+pixel at a time, no motion blur, no lamps at night. Ground truth is the same to float rounding.
 """
 
 import mitsuba as mi
 import numpy as np
 
+from synthdepth.maps.world import World
 from synthdepth.render.integrate import AIRLIGHT_SINE, HAZE_LAYER_M, KOSCHMIEDER
 from synthdepth.render.renderer import Renderer
-from synthdepth.render.scene import to_world
+from synthdepth.render.scene import sky_emitter, to_world
+from synthdepth.render.sensor import Motion
 from synthdepth.render.settings import RenderSettings
+from synthdepth.render.sky import Sky
 
-_AZIMUTHS, _LIGHT_SAMPLES = 72, 64
+_AZIMUTHS = 72
 
 
 class ScalarRenderer(Renderer):
     """A `Renderer` for the variant scalar_rgb."""
 
-    _sky_with_sun = True
+    def _emitters(self, sky: Sky) -> dict:
+        sun = {
+            "type": "directional",
+            "direction": (-self._light.sun_direction).tolist(),
+            "irradiance": {"type": "rgb", "value": sky.beam.tolist()},
+        }
+        return {"sky": sky_emitter(sky), "sun": sun}
+
+    def _prepare(self, world: World, atlas, lamps) -> None:
+        """Nothing is recorded."""
 
     def set_settings(self, settings: RenderSettings) -> None:
         """Render with other samples or denoising from now on."""
         self.settings = settings
         self._path = mi.load_dict({"type": "path", "max_depth": 3})
 
-    def _compiled(self, function):
-        return function
-
-    def _irradiance(self) -> tuple[np.ndarray, np.ndarray]:
-        side = (np.arange(_LIGHT_SAMPLES) + 0.5) / _LIGHT_SAMPLES
-        emitter, point, light = self.scene.environment(), mi.Interaction3f(), []
-        for x in side.tolist():
-            for y in side.tolist():
-                found, weight = emitter.sample_direction(point, mi.Point2f(x, y))
-                light.append(np.array(weight) * max(found.d.z, 0.0))
-        return np.mean(light, axis=0), np.zeros(3)
-
-    def _jit_lights(self, sun: np.ndarray, sky: np.ndarray) -> None:
-        return None
-
-    def noisy(self, world_from_cam: np.ndarray, seed: int) -> np.ndarray:
-        """Radiance before denoising, (H, W, 3) float32; there are no guides."""
+    def noisy(
+        self, world_from_cam: np.ndarray, seed: int, motion: Motion | None = None
+    ) -> np.ndarray:
+        """Radiance before denoising, (H, W, 3) float32; there are no guides and no blur."""
         self._params["camera.to_world"] = to_world(world_from_cam)
         self._params.update()
         image = mi.render(self.scene, integrator=self._path, spp=self.settings.spp, seed=seed)
@@ -69,9 +68,20 @@ class ScalarRenderer(Renderer):
         table = np.array(colours)
         return np.stack([np.interp(azimuth_rad, around, table[:, k]) for k in range(3)], axis=1)
 
-    def planar_depth(self, world_from_cam: np.ndarray) -> np.ndarray:
-        """Unsaturated planar depth at the pixel centres, (H, W) float32 [m]; the sky is inf."""
+    def reach(self, world_from_cam: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """How far rays from the camera's position get, (n,) float32; see `Renderer`."""
         origin = mi.Point3f(*world_from_cam[:3, 3].tolist())
-        directions = (self._rays @ world_from_cam[:3, :3].T).tolist()
-        t = [self._trace(self.scene, origin, mi.Vector3f(*d)) for d in directions]
-        return np.array(t, np.float32).reshape(self.camera.height, self.camera.width)
+        rays = (mi.Ray3f(origin, mi.Vector3f(*d)) for d in direction.tolist())
+        return np.array([self.scene.ray_intersect_preliminary(ray).t for ray in rays], np.float32)
+
+    def _hits(self, world_from_cam: np.ndarray, direction: np.ndarray):
+        origin = mi.Point3f(*world_from_cam[:3, 3].tolist())
+        t, label, normal = np.full(len(direction), np.inf), np.zeros(len(direction)), []
+        for number, d in enumerate(direction.tolist()):
+            si = self.scene.ray_intersect(mi.Ray3f(origin, mi.Vector3f(*d)))
+            found = si.is_valid()
+            if found:
+                t[number] = si.t
+                label[number] = si.shape.eval_attribute_1("face_label", si)
+            normal.append(np.array(si.n) if found else np.zeros(3))
+        return t.astype(np.float32), label, np.array(normal)

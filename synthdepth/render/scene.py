@@ -1,4 +1,4 @@
-"""World -> Mitsuba scene: meshes, materials, sky, camera. The one place that creates meshes."""
+"""World -> Mitsuba scene: meshes, materials, camera. The one place that creates meshes."""
 
 # Annotations stay text: Mitsuba has no types before a variant is set.
 from __future__ import annotations
@@ -9,14 +9,15 @@ import numpy as np
 
 from synthdepth.camera import Intrinsics
 from synthdepth.maps.geometry import join, vertex_normals
-from synthdepth.maps.world import LABELS, Light, World
-from synthdepth.render.atlas import Atlas, pack
+from synthdepth.maps.world import LABELS, World
+from synthdepth.render.atlas import Atlas
 from synthdepth.render.plugins import atlas_texture
+from synthdepth.render.sky import Sky
 
 # Mitsuba's camera looks along +Z with x left and y up; OpenCV's has x right and y down.
 _OPENCV_FROM_MITSUBA = np.diag([-1.0, -1.0, 1.0, 1.0])
 _FAR_CLIP_M = 5e4
-# Mitsuba takes an attribute in by way of a list of Python floats: smaller meshes, lower peak.
+# Larger meshes are slower to fill than several smaller ones, and their arrays live twice meanwhile.
 _BATCH_VERTICES = 1_000_000
 
 
@@ -25,18 +26,18 @@ def to_world(world_from_cam: np.ndarray) -> mi.Transform4f:
     return mi.Transform4f(np.asarray(world_from_cam, np.float64) @ _OPENCV_FROM_MITSUBA)
 
 
-def build_scene(world: World, camera: Intrinsics, *, with_sun: bool) -> mi.Scene:
-    """The scene of a world with its sky and a pinhole camera (pose still to be set).
+def build_scene(world: World, camera: Intrinsics, atlas: Atlas, emitters: dict) -> mi.Scene:
+    """The scene of a world with a pinhole camera (pose still to be set).
 
     Args:
         world: the generated world.
         camera: intrinsics.
-        with_sun: let the sky emit the sun's light too; our integrator adds it itself.
+        atlas: of the world's materials.
+        emitters: what lights it from above, as Mitsuba's dictionaries by name.
 
     Meshes are one per way of reflecting light, never instances: tracing instances in the JIT
     variants costs seconds a frame. What material and label a face has are attributes of the mesh.
     """
-    atlas = pack(world.materials)
     # Without a JIT compiler a texture written in Python is called sample by sample: one colour a
     # vertex has to do.
     jit = dr.is_jit_v(mi.Float)
@@ -47,8 +48,7 @@ def build_scene(world: World, camera: Intrinsics, *, with_sun: bool) -> mi.Scene
         look = (material.kind, material.roughness if material.kind != "diffuse" else 0.0)
         groups.setdefault((*look, material.smooth), []).append(key)
     bsdfs = {look[:2]: _bsdf(*look[:2], texture) for look in groups}
-    scene = {"type": "scene", "sky": sunsky(world.light, with_sun=with_sun)}
-    scene["camera"] = _camera(camera)
+    scene = {"type": "scene", "camera": _camera(camera)} | emitters
     for look, group in groups.items():
         for keys in _batches(world, group):
             name = f"surface_{len(scene):03d}"
@@ -113,8 +113,11 @@ def _mesh(
         "face_label": (1, np.repeat(np.float32([LABELS[label] for _, label in keys]), counts)),
     }
     for attribute, (channels, values) in attributes.items():
-        mesh.add_attribute(attribute, channels, values)
+        # Arrays are taken in by way of Python floats, 15 times slower than a list of one float.
+        mesh.add_attribute(attribute, channels, [0.0] * len(values))
     params = mi.traverse(mesh)
+    for attribute, (_, values) in attributes.items():
+        params[attribute] = values
     params["vertex_positions"] = whole.vertices.ravel()
     params["faces"] = whole.faces.astype(np.uint32).ravel()
     params["vertex_texcoords"] = uv.ravel()
@@ -130,6 +133,19 @@ def _bsdf(kind: str, roughness: float, texture: mi.Texture | dict) -> mi.BSDF:
         "diffuse": {"type": "diffuse", "reflectance": texture},
         "plastic": {"type": "roughplastic", "diffuse_reflectance": texture, "alpha": alpha},
         "glass": {"type": "roughplastic", "diffuse_reflectance": texture, "alpha": alpha},
+        # A metal film of the thickness that office panes have mirrors 15 %: as this index does.
+        "coated_glass": {
+            "type": "roughplastic",
+            "diffuse_reflectance": texture,
+            "alpha": alpha,
+            "int_ior": 2.26,
+        },
+        "water": {
+            "type": "roughplastic",
+            "diffuse_reflectance": texture,
+            "alpha": alpha,
+            "int_ior": 1.333,
+        },
         "metal": {
             "type": "roughconductor",
             "material": "Al",
@@ -140,14 +156,12 @@ def _bsdf(kind: str, roughness: float, texture: mi.Texture | dict) -> mi.BSDF:
     return mi.load_dict({"type": "twosided", "inside": nested[kind]})
 
 
-def sunsky(light: Light, *, with_sun: bool) -> dict:
-    """Mitsuba's clear-sky model with or without the sun's disc."""
+def sky_emitter(sky: Sky) -> dict:
+    """The environment that shows a sky."""
     return {
-        "type": "sunsky",
-        "sun_direction": [float(x) for x in light.sun_direction],
-        "turbidity": light.turbidity,
-        "albedo": 0.15,
-        "sun_scale": 1.0 if with_sun else 0.0,
+        "type": "envmap",
+        "bitmap": mi.Bitmap(sky.image),
+        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
     }
 
 

@@ -43,7 +43,7 @@ def _lit_window(rng: Rng) -> Material:
         size_m=(5.3, 4.7),
         kind="glass",
         roughness=0.02,
-        luminance_cdm2=80.0,
+        luminance_cdm2=12.0,
     )
 
 
