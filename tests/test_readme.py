@@ -2,14 +2,25 @@
 
 import dataclasses
 import re
+import sys
+import types
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from synthdepth.camera import Intrinsics
 from synthdepth.cli import _COMMANDS, Render
 from synthdepth.dataset.manifest import read_manifest
 from synthdepth.dataset.pair import META_FIELDS
+from synthdepth.flight.clearance import Clearance
+from synthdepth.flight.flight import draw_flight
+from synthdepth.flight.limits import FlightLimits
+from synthdepth.maps.light import LightRanges
+from synthdepth.maps.registry import MAPS, MapKind, build_world
 from synthdepth.production.recipe import load_recipe
+from synthdepth.render.settings import RenderSettings
+from synthdepth.seeding import lane
 
 ROOT = Path(__file__).parents[1]
 README, FORMAT = (ROOT / "README.md").read_text(), (ROOT / "DATASET.md").read_text()
@@ -44,6 +55,28 @@ def test_the_reader_in_the_readme_reads(dataset, capsys):
     assert path in code
     exec(compile(code.replace(path, str(shard)), "README.md", "exec"), {})
     assert capsys.readouterr().out.startswith("neighborhood-s00000-f000-")
+
+
+@pytest.mark.usefixtures("backend")
+def test_the_map_of_the_readme_can_be_built_flown_and_rendered(monkeypatch):
+    from synthdepth.render.renderer import load_world
+
+    code = re.search(r'```python\n("""The map `orchard`.*?)```', README, re.DOTALL)[1]
+    assert sum(bool(line.strip()) for line in code.splitlines()) <= 60
+    module = types.ModuleType("orchard")
+    monkeypatch.setitem(sys.modules, "orchard", module)
+    exec(compile(code, "README.md", "exec"), module.__dict__)
+    kind = MapKind(ranges=module.OrchardRanges, build=module.orchard, summary="fruit trees")
+    monkeypatch.setitem(MAPS, "orchard", kind)
+    small = module.OrchardRanges(flight_area_m=150.0, row_spacing_m=[8, 9])
+    world = build_world("orchard", small, LightRanges(conditions=("clear",)), 3)
+    labels = {label for _, label in world.surfaces}
+    assert labels >= {"ground", "vegetation", "tree_trunk", "pole", "wire", "person", "hill"}
+    flight = draw_flight(lane(3, "flight"), Clearance(world), FlightLimits(distance_m=(40, 100)))
+    view = load_world(world, Intrinsics.from_fov(64, 64, 90), RenderSettings(spp=1))
+    pose = flight.state.world_from_cam[len(flight.time_s) // 2]
+    assert view.rgb(pose, 1).std() > 10
+    assert len(np.unique(view.surfels(pose).label)) >= 3
 
 
 def test_the_format_s_document_lists_the_fields_of_the_metadata():
