@@ -1,0 +1,1 @@
+"""The coast: land, sea, and what stands and floats there."""
