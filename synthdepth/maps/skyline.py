@@ -37,7 +37,7 @@ def skyline(
         inner_m: nothing stands nearer.
         outer_m: nothing stands farther.
         tallest_m: height of the tallest roof above its ground; masts go above it.
-        count: buildings, fewer where they would not fit; some 30 triangles each.
+        count: buildings, fewer where they would not fit; some 45 triangles each.
         ground_m: height of the ground [m] at points (n, 2) -> (n,); 0 when none.
     """
     xy, centrality, size, yaw = _sites(rng, inner_m, outer_m, tallest_m, count)
@@ -99,11 +99,19 @@ def skyline(
 
 @dataclasses.dataclass(frozen=True)
 class _Blocks:
-    """Upright blocks: corners seen from above (k, 4, 2), counter-clockwise; foot and top (k,)."""
+    """Upright blocks.
+
+    Attributes:
+        ring: (k, 4, 2) corners seen from above, counter-clockwise [m].
+        base_m: (k,) height of their lower end.
+        top_m: (k,) height of their upper end.
+        buried_m: (k,) how much of them is foundation.
+    """
 
     ring: np.ndarray
     base_m: np.ndarray
     top_m: np.ndarray
+    buried_m: np.ndarray
 
 
 def _blocks(xy, yaw, ground, shift, size, bottom, top, who) -> _Blocks:
@@ -112,8 +120,9 @@ def _blocks(xy, yaw, ground, shift, size, bottom, top, who) -> _Blocks:
     local = corner * size[who, None] + shift[who, None]
     turn = yaw_matrix(yaw[who])[:, :2, :2]
     ring = np.einsum("kij,kcj->kci", turn, local) + xy[who, None]
-    base = np.where(bottom[who] > 0, bottom[who], -_FOUNDATION_M)
-    return _Blocks(ring, ground[who] + base, ground[who] + top[who])
+    buried = np.where(bottom[who] > 0, 0.0, _FOUNDATION_M)
+    base = ground[who] + bottom[who] - buried
+    return _Blocks(ring, base, ground[who] + top[who], buried)
 
 
 def _masses(blocks: _Blocks, tint: np.ndarray, banded: np.ndarray) -> Model:
@@ -124,7 +133,7 @@ def _masses(blocks: _Blocks, tint: np.ndarray, banded: np.ndarray) -> Model:
         [blocks.ring, np.broadcast_to(blocks.top_m[:, None, None], (k, 4, 1))], axis=2
     )
     # Rows of windows count from the ground, not from the foundation.
-    origin = np.tile([0.0, -_FOUNDATION_M], (k, 1))
+    origin = np.column_stack([np.zeros(k), -blocks.buried_m])
     return {
         (name, "building"): quads(
             walls[kind].reshape(-1, 4, 3),
@@ -153,14 +162,13 @@ def _windows(rng: np.random.Generator, blocks: _Blocks, each: int) -> Model:
     number = np.repeat(np.flatnonzero(seen), each // 2)
     wall, wide = walls[number], wide[number]
     along = (wall[:, 1] - wall[:, 0]) / wide[:, None]
-    base, top = wall[:, 0, 2], wall[:, 2, 2]
-    above = (base + _FOUNDATION_M) % FAR_BAY_M  # rows of the painted windows
+    buried = np.repeat(blocks.buried_m, 4)[number]
+    base, top = wall[:, 0, 2] + buried, wall[:, 2, 2]
     column = np.floor(rng.random(len(wall)) * (wide / FAR_BAY_M - 0.05))
-    ground_floor = np.where(above < 1e-6, _FOUNDATION_M, 0.0)
-    rows = (top - base - ground_floor) / FAR_BAY_M
+    rows = (top - base) / FAR_BAY_M
     row = np.floor(rng.random(len(wall)) * np.maximum(rows - 0.05, 1))
     x = (column + 0.22) * FAR_BAY_M
-    z = base + ground_floor + (row + 0.3) * FAR_BAY_M
+    z = base + (row + 0.3) * FAR_BAY_M
     out = outward[number] / np.linalg.norm(outward[number], axis=1, keepdims=True)
     foot = wall[:, 0] + along * x[:, None] + 0.15 * out
     foot[:, 2] = z
@@ -216,7 +224,8 @@ def _sites(rng, inner_m, outer_m, tallest_m, count):
     even = 2 * np.pi * (np.arange(tries) * 0.6180339887 % 1.0)
     crowd = rng.random(tries) < 0.65
     angle = np.where(crowd, hub_angle[hub] + rng.normal(0, hub_width[hub]), even)
-    reach = np.clip(np.where(crowd, rng.normal(hub_reach[hub], 0.2), rng.random(tries) ** 1.5), 0, 1)
+    even_reach = rng.random(tries) ** 1.5
+    reach = np.clip(np.where(crowd, rng.normal(hub_reach[hub], 0.2), even_reach), 0, 1)
     away = np.abs((angle[:, None] - hub_angle + np.pi) % (2 * np.pi) - np.pi) / hub_width
     centrality = hub_rank * np.exp(-0.5 * (away**2 + ((reach[:, None] - hub_reach) / 0.25) ** 2))
     centrality = centrality.max(axis=1)
