@@ -169,8 +169,7 @@ def _painted_block(rng: Rng) -> Material:
 def _container(rng: Rng) -> Material:
     """Corrugated sheet of 0.28 m pitch: lit and shaded flanks, dents, rust, runs; neutral."""
     shape, n = (512, 512), 20
-    u, v = texel_grid(shape)
-    x = u * n % 1
+    x = texel_grid(shape)[0] * n % 1
     lit = smoothstep(np.abs(x - 0.2), 0.1, 0.05)
     shaded = smoothstep(np.abs(x - 0.7), 0.1, 0.05)
     crest = smoothstep(np.abs(x - 0.45), 0.24, 0.16)
@@ -231,149 +230,16 @@ def _enamel(rng: Rng) -> Material:
     return Material(texture=encode_neutral(relative), size_m=(6.0, 6.0), smooth=True)
 
 
-def _seams_m(unit: Courses, width_m: float, height_m: float) -> np.ndarray:
-    """Distance (h, w) to the nearest joint of a layout [m]."""
-    return np.minimum(unit.side * width_m, np.minimum(unit.up, 1 - unit.up) * height_m)
-
-
-def _worn_paint(rng: Rng, shape: tuple[int, int], chipped: float) -> np.ndarray:
-    """Old paint as relative reflectances (h, w, 3): runs, fading, grime, chips down to a primer."""
-    fade = fractal_noise(rng, shape, (1, 12), 0.5)
-    streak = fractal_noise(rng, shape, (3, 70), 0.35, stretch=(1, 10))
-    grain = fractal_noise(rng, shape, (60, 220), 0.1)
-    half = (shape[0] // 2, shape[1] // 2)
-    grime = smoothstep(doubled(fractal_noise(rng, half, (2, 60), 0.5)) + 0.6 * streak, 0.4, 3.0)
-    flake = doubled(fractal_noise(rng, half, (4, 90), 0.35)) + 0.3 * grain
-    chip = smoothstep(flake, 3.1 - 1.5 * chipped, 3.3 - 1.5 * chipped)
-    light = 1 + 0.045 * fade + 0.05 * streak + 0.035 * grain
-    relative = light[..., None] * blend([1, 1, 1], [0.52, 0.48, 0.42], 0.75 * grime)
-    primer = np.float32(rng.uniform(0.4, 0.95)) * np.float32([1.06, 1.0, 0.92])
-    return blend(relative, primer * (1 + 0.06 * grain)[..., None], 0.85 * chip)
-
-
-def _panel_paint(rng: Rng) -> Material:
-    """Painted sheets of 2.4 x 1.2 m with open seams, screws along them and runs below."""
-    shape, rows, columns = (768, 768), 6, 3
-    sheet = courses(rng, shape, rows, columns, 0.5 * (np.arange(rows) % 2) * (rng.random() < 0.5))
-    seam_m = _seams_m(sheet, 2.4, 1.2)
-    relative = _worn_paint(rng, shape, rng.uniform(0.2, 0.8))
-    relative *= tones(rng, rows * columns, 0.05, 0.012)[sheet.index]
-    # Screws every 0.3 m, 5 cm inside the seams.
-    u, v = (np.broadcast_to(x * 7.2, shape) for x in texel_grid(shape))
-    across = np.minimum(np.abs((u + 0.15) % 0.3 - 0.15), np.abs((v + 0.15) % 0.3 - 0.15))
-    screw = smoothstep(np.hypot(across, seam_m - 0.06), 0.02, 0.009)
-    light = (1 - 0.62 * smoothstep(seam_m, 0.011, 0.004)) * (1 - 0.4 * screw)
-    light *= 1 - 0.16 * smoothstep(seam_m, 0.09, 0.0)
-    return Material(texture=encode_neutral(relative * light[..., None]), size_m=(7.2, 7.2))
-
-
-def _block_paint(rng: Rng) -> Material:
-    """Painted blockwork of 0.6 x 0.3 m units: joints show through, units differ a little."""
-    shape, rows, columns = (768, 768), 16, 8
-    unit = courses(rng, shape, rows, columns, 0.5 * (np.arange(rows) % 2), 0.01)
-    rough = fractal_noise(rng, shape, (60, 250), 0.2)
-    joint = smoothstep(_seams_m(unit, 0.6, 0.3) + 0.001 * rough, 0.013, 0.004)
-    relative = _worn_paint(rng, shape, rng.uniform(0.4, 1.0))
-    relative *= tones(rng, rows * columns, rng.uniform(0.03, 0.09), 0.012)[unit.index]
-    pore = smoothstep(fractal_noise(rng, shape, (70, 160), 0.4), 2.0, 2.9)
-    light = (1 - 0.42 * joint) * (1 - 0.22 * pore) * (1 + 0.04 * rough)
-    return Material(texture=encode_neutral(relative * light[..., None]), size_m=(4.8, 4.8))
-
-
-def _plywood(rng: Rng) -> Material:
-    """Sheets of 1.2 x 2.4 m, oiled or bare: cathedral grain, screws, grey weathering."""
-    shape, columns = (768, 768), 4
-    sheet = courses(rng, shape, 2, columns)
-    figure = fractal_noise(rng, shape, (2, 40), 0.7, stretch=(1, 5))
-    fibre = fractal_noise(rng, shape, (14, 150), 0.2, stretch=(1, 14))
-    number = sheet.index.astype(np.float32)
-    rings = np.sin(2 * np.pi * (3.0 * figure + 0.37 * number))
-    weather = smoothstep(fractal_noise(rng, shape, (2, 40), 0.5, stretch=(1, 2)), 0.2, 2.4)
-    seam_m = _seams_m(sheet, 1.2, 2.4)
-    light = (1 + 0.07 * rings + 0.05 * fibre) * (1 - 0.6 * smoothstep(seam_m, 0.012, 0.004))
-    relative = light[..., None] * tones(rng, 2 * columns, 0.1, 0.04)[sheet.index]
-    relative = relative * blend([1, 1, 1], [0.66, 0.68, 0.7], rng.uniform(0.3, 1) * weather)
-    return Material(texture=encode_neutral(relative), size_m=(4.8, 4.8))
-
-
-def _container_steel(rng: Rng) -> Material:
-    """Old enamel on steel: scratches, dull patches, rust that bleeds downwards."""
-    shape, half = (512, 512), (256, 256)
-    dull = fractal_noise(rng, shape, (1, 20), 0.5)
-    scratch = smoothstep(fractal_noise(rng, shape, (12, 140), 0.2, (9, 1), 0.15), 2.1, 3.0)
-    grain = fractal_noise(rng, shape, (60, 200), 0.1)
-    source = doubled(fractal_noise(rng, half, (4, 60), 0.3)) + 0.25 * grain
-    rust = smoothstep(source, rng.uniform(1.3, 2.1), 2.7)
-    bleed = fractal_noise(rng, shape, (4, 60), 0.3, stretch=(1, 12))
-    run = smoothstep(bleed + 0.4 * source, rng.uniform(1.0, 1.8), 3.2)
-    light = 1 + 0.05 * dull + 0.03 * grain + 0.22 * scratch
-    relative = blend([1, 1, 1], [0.62, 0.4, 0.26], 0.7 * run) * light[..., None]
-    relative = blend(relative, np.float32([0.42, 0.2, 0.11]), 0.9 * rust)
-    return Material(texture=encode_neutral(relative), size_m=(5.0, 5.0))
-
-
-def _arena_floor(rng: Rng) -> Material:
-    """Painted slabs of 1.2 m: tyre scuffs, spills, cracks, paint worn off where feet go."""
-    shape, half, n = (768, 768), (384, 384), 6
-    slab = courses(rng, shape, n, n)
-    joint_m = _seams_m(slab, 1.2, 1.2)
-    grain = fractal_noise(rng, shape, (90, 300), 0.1)
-    mottle = doubled(fractal_noise(rng, half, (2, 90), 0.2))
-    scuff = np.zeros(shape, np.float32)
-    for angle in rng.uniform(0, np.pi, 2):
-        line = fractal_noise(rng, shape, (5, 90), 0.4, (14, 1), angle)
-        scuff += smoothstep(line + 0.3 * mottle, 1.7, 3.1)
-    spill = smoothstep(doubled(fractal_noise(rng, half, (3, 40), 0.5)) + 0.2 * grain, 1.3, 2.4)
-    worn = smoothstep(doubled(fractal_noise(rng, half, (2, 110), 0.3)) + 0.4 * grain, 1.5, 2.6)
-    crack = doubled(worley(rng, half, (3, 3), warp=0.12, warp_cycles=(3, 50)).border)
-    crack = smoothstep(crack, 0.008, 0.002) * smoothstep(mottle, -0.6, 0.8)
-    light = (1 + 0.06 * mottle + 0.06 * grain) * (1 - 0.35 * scuff) * (1 - 0.45 * crack)
-    light *= 1 - 0.5 * smoothstep(joint_m + 0.002 * grain, 0.012, 0.005)
-    light *= 1 - 0.12 * smoothstep(joint_m, 0.09, 0.01)
-    relative = tones(rng, n * n, 0.05, 0.012)[slab.index] * light[..., None]
-    relative = relative * blend([1, 1, 1], [0.55, 0.52, 0.48], 0.55 * spill)
-    bare = np.float32([0.8, 0.78, 0.74]) * (1 + 0.08 * grain)[..., None]
-    return Material(texture=encode_neutral(blend(relative, bare, 0.55 * worn)), size_m=(7.2, 7.2))
-
-
-def _shell_paint(rng: Rng) -> Material:
-    """Paint on rolled steel: tanks, pipes and domes, with a weld every 2 m and runs below it."""
-    shape = (512, 512)
-    relative = _worn_paint(rng, shape, rng.uniform(0.2, 0.7))
-    weld = courses(rng, shape, 3, 2, 0.5 * (np.arange(3) % 2))
-    weld_m = _seams_m(weld, 3.0, 2.0)
-    light = (1 - 0.25 * smoothstep(weld_m, 0.03, 0.008)) * (1 - 0.1 * smoothstep(weld_m, 0.2, 0.0))
-    texture = encode_neutral(relative * light[..., None])
-    return Material(texture=texture, size_m=(6.0, 6.0), smooth=True)
-
-
-def _hazard(rng: Rng) -> Material:
-    """Diagonal warning stripes, black on yellow or red on white, scraped and dusty."""
-    shape, size_m = (256, 256), 1.6
-    u, v = texel_grid(shape)
-    worn = fractal_noise(rng, shape, (4, 60), 0.4)
-    grain = fractal_noise(rng, shape, (40, 120), 0.1)
-    across = np.abs(((u + v) * 4 + 0.03 * worn) % 1 - 0.5)
-    stripe = smoothstep(across, 0.235, 0.265)
-    yellow = rng.random() < 0.65
-    pale = [0.46, 0.3, 0.035] if yellow else [0.55, 0.53, 0.49]
-    dark = [0.035, 0.034, 0.033] if yellow else [0.3, 0.05, 0.035]
-    colour = blend(pale, dark, stripe) * (1 + 0.06 * worn + 0.05 * grain)[..., None]
-    scraped = smoothstep(worn + 0.5 * grain, 1.2, 2.2)
-    return Material(
-        texture=encode(blend(colour, [0.2, 0.18, 0.155], 0.7 * scraped)), size_m=(size_m, size_m)
-    )
-
-
-# The far façades and everything but the warning stripes are near white: tint is the reflectance.
 ARENA: dict[str, Callable[[Rng], Material]] = {
-    "panel_paint": _panel_paint,
-    "block_paint": _block_paint,
-    "plywood": _plywood,
-    "container_steel": _container_steel,
-    "arena_floor": _arena_floor,
-    "shell_paint": _shell_paint,
-    "hazard": _hazard,
     "facade_far": _facade_far,
     "facade_far_bands": _facade_far_bands,
+    "checker_floor": _checker_floor,
+    "tile_floor": _tile_floor,
+    "striped_floor": _striped_floor,
+    "slab_floor": _slab_floor,
+    "painted_block": _painted_block,
+    "container": _container,
+    "plywood": _plywood,
+    "hazard": _hazard,
+    "enamel": _enamel,
 }
