@@ -5,18 +5,20 @@ import dataclasses
 import numpy as np
 
 from synthdepth.config import Config, number, span
-from synthdepth.maps.downtown.blocks import build_blocks, plan_blocks
-from synthdepth.maps.downtown.grid import LAYOUTS, draw_grid
-from synthdepth.maps.downtown.ground import EDGE_M, street_ground
-from synthdepth.maps.downtown.kerbside import build_kerbside, draw_kerbside
-from synthdepth.maps.downtown.overhead import overhead
-from synthdepth.maps.downtown.paint import street_markings
-from synthdepth.maps.downtown.traffic import build_traffic, draw_traffic
+from synthdepth.maps.downtown.blocks import CityBlocks, build_blocks, plan_blocks
+from synthdepth.maps.downtown.fittings import Fittings
+from synthdepth.maps.downtown.furnishing import furnish_junctions, furnish_kerbs
+from synthdepth.maps.downtown.grid import LAYOUTS, Grid, draw_grid
+from synthdepth.maps.downtown.horizon import surroundings
+from synthdepth.maps.downtown.kerbside import draw_kerbsides
+from synthdepth.maps.downtown.markings import street_markings
+from synthdepth.maps.downtown.overhead import bridged_edges, footbridges, hang_cables
+from synthdepth.maps.downtown.surface import DISC_M, street_surface
+from synthdepth.maps.downtown.traffic import draw_traffic, traffic_models
 from synthdepth.maps.furniture.signs import LAMPS
 from synthdepth.maps.geometry import Model
 from synthdepth.maps.materials.catalogue import bake_materials
 from synthdepth.maps.skyline import skyline
-from synthdepth.maps.terrain import Terrain, draw_terrain, outskirts
 from synthdepth.maps.world import Light, World, assemble
 from synthdepth.seeding import lane
 
@@ -34,12 +36,14 @@ class CityRanges(Config):
         core_radius_m: how far the core of towers reaches.
         park_share, plaza_share, parking_share: of the blocks.
         construction_sites: blocks with a tower crane.
+        street_tree_share: share of the streets that have trees.
         street_tree_spacing_m, lamp_spacing_m: along one side of a street.
         furniture_per_100m: benches, bins, meters and the like along 100 m of one side.
         people_per_100m: on 100 m of one pavement.
+        cafe_tables_per_100m: on 100 m of a pavement that is wide enough.
         parked_share: of the bays along the kerb.
         cars_per_km: that drive on a kilometre of each lane.
-        cable_share: of the streets with wires across.
+        cable_share: of the streets with rows of wires, lights or banners across.
         footbridges: over avenues.
         flight_area_m: side of the square in the middle that flights keep to.
     """
@@ -55,18 +59,17 @@ class CityRanges(Config):
     plaza_share: tuple[float, float] = span((0.03, 0.1), 0, 1)
     parking_share: tuple[float, float] = span((0.02, 0.08), 0, 1)
     construction_sites: int = number(1, 0, 6)
-    street_tree_spacing_m: tuple[float, float] = span((8, 13), 5, 100)
+    street_tree_share: tuple[float, float] = span((0.4, 0.9), 0, 1)
+    street_tree_spacing_m: tuple[float, float] = span((7.6, 12), 5, 100)
     lamp_spacing_m: tuple[float, float] = span((24, 34), 10, 200)
     furniture_per_100m: tuple[float, float] = span((5, 13), 0, 40)
     people_per_100m: tuple[float, float] = span((2, 10), 0, 80)
-    parked_share: tuple[float, float] = span((0.45, 0.9), 0, 1)
+    cafe_tables_per_100m: tuple[float, float] = span((0.3, 2.5), 0, 20)
+    parked_share: tuple[float, float] = span((0.3, 0.75), 0, 1)
     cars_per_km: tuple[float, float] = span((12, 40), 0, 140)
     cable_share: tuple[float, float] = span((0.3, 0.8), 0, 1)
     footbridges: int = number(2, 0, 10)
-    flight_area_m: float = number(400.0, 150, 700)
-
-
-_STREET_TREES = ("maple", "oak", "birch", "young", "poplar", "palm")
+    flight_area_m: float = number(320.0, 150, 700)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -75,14 +78,12 @@ class City:
 
     Attributes:
         layout: of the street grid, one of `LAYOUTS`.
-        street_tree: species along the streets.
         lamp: kind of the street lamps.
         drawn: what the ranges gave, by name.
         storeys: still a range, drawn for each building.
     """
 
     layout: str
-    street_tree: str
     lamp: str
     drawn: dict[str, float]
     storeys: tuple[float, float]
@@ -97,7 +98,6 @@ def draw_city(rng: np.random.Generator, ranges: CityRanges) -> City:
     ]
     return City(
         layout=LAYOUTS[rng.integers(len(LAYOUTS))],
-        street_tree=_STREET_TREES[rng.integers(len(_STREET_TREES))],
         lamp=sorted(LAMPS)[rng.integers(len(LAMPS))],
         drawn={name: float(rng.uniform(*getattr(ranges, name))) for name in names},
         storeys=ranges.storeys,
@@ -129,35 +129,19 @@ def city(scene_seed: int, ranges: CityRanges, light: Light) -> World:
         parking_share=drawn["parking_share"],
         construction=ranges.construction_sites,
     )
-    kerbside = draw_kerbside(
-        lane(scene_seed, "kerbside"),
-        grid,
-        lamp_spacing_m=drawn["lamp_spacing_m"],
-        tree_spacing_m=drawn["street_tree_spacing_m"],
-        furniture_per_100m=drawn["furniture_per_100m"],
-        people_per_100m=drawn["people_per_100m"],
-    )
-    traffic = draw_traffic(
-        lane(scene_seed, "traffic"),
-        grid,
-        parked_share=drawn["parked_share"],
-        cars_per_km=drawn["cars_per_km"],
-    )
+    bridged = bridged_edges(grid, ranges.footbridges)
     models: list[Model] = [
-        street_ground(grid),
-        street_markings(lane(scene_seed, "markings"), grid),
+        *_streets(scene_seed, town, grid, blocks, bridged, bounds),
         *build_blocks(lane(scene_seed, "buildings"), blocks, bounds),
-        *build_kerbside(
-            lane(scene_seed, "furniture"), kerbside, town.street_tree, town.lamp, bounds
+        *footbridges(lane(scene_seed, "footbridges"), grid, bridged),
+        surroundings(lane(scene_seed, "horizon")),
+        skyline(
+            lane(scene_seed, "skyline"),
+            DISC_M + 5.0,
+            2300.0,
+            tallest_m=float(np.clip(2.8 * drawn["core_storeys"], 60, 170)),
+            count=900,
         ),
-        *build_traffic(lane(scene_seed, "vehicles"), traffic, bounds),
-        *overhead(
-            lane(scene_seed, "overhead"),
-            grid,
-            cable_share=drawn["cable_share"],
-            bridges=ranges.footbridges,
-        ),
-        *_surroundings(scene_seed, drawn["core_storeys"]),
     ]
     surfaces = assemble(models)
     return World(
@@ -167,21 +151,68 @@ def city(scene_seed: int, ranges: CityRanges, light: Light) -> World:
         materials=bake_materials(lane(scene_seed, "materials"), {name for name, _ in surfaces}),
         light=light,
         flight_bounds=bounds,
-        ground_m=lambda xy: np.zeros(len(xy)),
+        ground_m=_level_ground,
     )
 
 
-def _surroundings(scene_seed: int, core_storeys: float) -> list[Model]:
-    """The town goes on as a skyline, and the land beyond it as hills."""
-    land: Terrain = draw_terrain(lane(scene_seed, "terrain"), size_m=2 * EDGE_M)
-    flat = dataclasses.replace(land, amplitude_m=np.zeros_like(land.amplitude_m), offset_m=0.0)
+def _streets(
+    scene_seed: int,
+    town: City,
+    grid: Grid,
+    blocks: CityBlocks,
+    bridged: list[int],
+    bounds: np.ndarray,
+) -> list[Model]:
+    """Ground, paint, furniture, people, vehicles and wires of the streets."""
+    drawn, half = town.drawn, float(bounds[1, 0])
+    kerbs = draw_kerbsides(
+        lane(scene_seed, "kerbs"),
+        grid,
+        tree_spacing_m=drawn["street_tree_spacing_m"],
+        tree_share=drawn["street_tree_share"],
+        lamp_spacing_m=drawn["lamp_spacing_m"],
+        parked_share=drawn["parked_share"],
+        furniture_per_100m=drawn["furniture_per_100m"],
+        bridged=bridged,
+        half_m=half,
+    )
+    out = Fittings()
+    furnish_kerbs(
+        lane(scene_seed, "furnishing"),
+        grid,
+        kerbs,
+        out,
+        people_per_100m=drawn["people_per_100m"],
+        lamp=town.lamp,
+        cafes=drawn["cafe_tables_per_100m"],
+        half_m=half,
+    )
+    crossing = 0.15 * drawn["people_per_100m"]
+    furnish_junctions(lane(scene_seed, "junctions"), grid, out, people=crossing, half_m=half)
+    hang_cables(
+        lane(scene_seed, "cables"),
+        grid,
+        kerbs,
+        list(blocks.lots),
+        out,
+        share=drawn["cable_share"],
+        half_m=half,
+    )
+    traffic = draw_traffic(
+        lane(scene_seed, "traffic"),
+        grid,
+        kerbs,
+        cars_per_km=drawn["cars_per_km"],
+        reach_m=half + 160,
+    )
     return [
-        skyline(
-            lane(scene_seed, "skyline"),
-            EDGE_M + 20.0,
-            1500.0,
-            tallest_m=min(2.6 * core_storeys, 150.0),
-            count=700,
-        ),
-        outskirts(flat, edge_step_m=20.0),
+        street_surface(lane(scene_seed, "ground"), grid),
+        street_markings(lane(scene_seed, "markings"), grid, kerbs, half),
+        *traffic_models(lane(scene_seed, "vehicles"), traffic, bounds),
+        *out.build(lane(scene_seed, "fittings"), bounds),
     ]
+
+
+def _level_ground(xy: np.ndarray) -> np.ndarray:
+    """The city is flat: 0 m at points (n, 2) [m], the level of the carriageways."""
+    return np.zeros(len(xy))

@@ -261,9 +261,9 @@ def _grid(lines: list, angle: float, corner_m: float) -> Grid:
     )
     # Closing rounds the kerbs at the corners and leaves straight ones alone.
     carriageway = carriageway.buffer(corner_m, quad_segs=4).buffer(-corner_m, quad_segs=4)
-    land = shapely.union_all(
-        shapely.polygons([strip(*e, p.width_m, 0.0) for e, p in lines])
-    )
+    land = shapely.union_all(shapely.polygons([strip(*e, p.width_m, 0.0) for e, p in lines]))
+    # Kerbs swing into acute corners: a pavement runs round them, too.
+    land = shapely.union(land, carriageway.buffer(1.2, join_style="mitre"))
     return Grid(
         lines=ends,
         profiles=profiles,

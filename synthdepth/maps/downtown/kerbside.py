@@ -12,6 +12,7 @@ from synthdepth.maps.downtown.grid import PARKING_M, Grid
 CROSSING_M = 6.5  # kept free before junctions: zebra and stop line
 BAY_M = 6.2  # length of a parking bay
 BUS_BOX_M = 21.0
+STAIRS_M = 16.0  # a footbridge's stairs reach so far along the pavement
 
 # Small things between the trees, with the pavement width that they need [m].
 _SMALL = {
@@ -80,6 +81,12 @@ class Kerbside:
         return float(np.arctan2(u[1], u[0]))
 
 
+def bridge_m(grid: Grid, edge: int) -> float:
+    """Where a footbridge crosses an edge: the middle of what lies between its junctions."""
+    low, high = grid.setback_m[edge, 0], grid.length_m[edge] - grid.setback_m[edge, 1]
+    return float((low + high) / 2)
+
+
 def _flow(profile, side: int) -> int:
     """Direction of the lane nearest to a kerb."""
     return max(profile.lanes, key=lambda lane: side * lane[0])[1]
@@ -93,7 +100,8 @@ def draw_kerbsides(
     tree_share: float,
     lamp_spacing_m: float,
     parked_share: float,
-    furniture: float,
+    furniture_per_100m: float,
+    bridged: list[int],
     half_m: float,
 ) -> list[Kerbside]:
     """The layout of every kerb.
@@ -105,11 +113,14 @@ def draw_kerbsides(
         tree_share: share of the streets that have trees.
         lamp_spacing_m: between lamps on a side.
         parked_share: of the bays that a car takes.
-        furniture: share of the gaps between trees and lamps that hold something small.
+        furniture_per_100m: small things between trees and lamps.
+        bridged: edges with a footbridge, whose stairs take the room at its foot.
         half_m: half the side of the square that flights keep to; furniture stands near it only.
     """
     sides = []
     green = rng.random(len(grid.lines)) < tree_share
+    # A gap between trees or lamps holds one and a half things, if any.
+    furnished = float(np.clip(furniture_per_100m * tree_spacing_m / 150, 0, 1))
     length = grid.length_m
     for edge in range(len(grid.start)):
         profile = grid.profile(edge)
@@ -131,20 +142,22 @@ def draw_kerbsides(
                     green=bool(green[grid.line[edge]]),
                     lamp_every=max(2, round(lamp_spacing_m / tree_spacing_m)),
                     parked_share=parked_share,
-                    furniture=furniture if away < 60 else 0.0,
+                    furniture=furnished if away < 60 else 0.0,
+                    stairs_m=bridge_m(grid, edge) if edge in bridged else None,
                 )
             )
     return sides
 
 
 def _layout(
-    rng, *, edge, side, profile, span, parking, pitch_m, green, lamp_every, parked_share, furniture
-) -> Kerbside:
+    rng, *, edge, side, profile, span, parking, pitch_m, green, lamp_every, parked_share, furniture,
+    stairs_m,
+) -> Kerbside:  # fmt: skip
     """One kerbside: lamps and trees in a row, small things between, cars, perhaps a bus stop."""
     low, high = span
     stop = None
     wanted = 0.42 if profile.kind == "avenue" else 0.12
-    if high - low > 50 and rng.random() < wanted:
+    if high - low > 50 and rng.random() < wanted and stairs_m is None:
         stop = float(rng.uniform(low + BUS_BOX_M / 2 + 2, high - BUS_BOX_M / 2 - 2))
 
     def off_stop(s, margin):
@@ -156,6 +169,9 @@ def _layout(
     row = row + rng.normal(0, 0.15, count)
     tree = ~lamp & (rng.random(count) < 0.88) & green & off_stop(row, 4.5)
     lamp &= off_stop(row, 3.2)
+    if stairs_m is not None:
+        clear = np.abs(row - stairs_m) > STAIRS_M
+        lamp, tree = lamp & clear, tree & clear
 
     names = [name for name, (_, wide) in _SMALL.items() if profile.pavement_m >= wide]
     weight = np.array([_SMALL[name][0] for name in names])
@@ -164,7 +180,10 @@ def _layout(
         # Things stand in clusters: a bin beside a bench, a bin beside the meters.
         cluster = rng.choice(len(names), int(rng.integers(1, 3)), p=weight / weight.sum())
         offset = rng.uniform(-1.4, -0.9) if len(cluster) > 1 else rng.uniform(-1.0, 1.0)
-        if rng.random() < furniture and (stop is None or abs(s - stop) > 6):
+        blocked = (stop is not None and abs(s - stop) < 6) or (
+            stairs_m is not None and abs(s - stairs_m) < STAIRS_M + 2
+        )
+        if rng.random() < furniture and not blocked:
             for k, index in enumerate(np.unique(cluster)):
                 name = names[index]
                 place = s + offset + (2.6 * k if k else 0.0)
@@ -175,7 +194,7 @@ def _layout(
     bays = np.arange(low + BAY_M / 2, high - BAY_M / 2, BAY_M) if parking else np.zeros(0)
     # Cars stand in runs, with a few free bays between.
     run = np.convolve(rng.random(len(bays) + 2), [0.25, 0.5, 0.25], "valid") if len(bays) else bays
-    taken = (run < np.quantile(run, parked_share) if len(run) else np.zeros(0, bool))
+    taken = run < np.quantile(run, parked_share) if len(run) else np.zeros(0, bool)
     bays = bays[taken & off_stop(bays, BUS_BOX_M / 2 + BAY_M / 2)]
     return Kerbside(
         edge=edge,

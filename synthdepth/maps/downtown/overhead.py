@@ -1,104 +1,252 @@
-"""What hangs over a city's streets: span wires, contact lines, string lights, footbridges."""
+"""What hangs over the streets: span wires, string lights, contact wires, banners, footbridges."""
 
 import numpy as np
+import shapely
 
+from synthdepth.maps.downtown.fittings import Fittings
 from synthdepth.maps.downtown.grid import Grid
-from synthdepth.maps.downtown.ground import KERB_HEIGHT_M
-from synthdepth.maps.downtown.paint import crossing_m
+from synthdepth.maps.downtown.kerbside import STAIRS_M, Kerbside, bridge_m
+from synthdepth.maps.downtown.parcels import Lot
+from synthdepth.maps.downtown.surface import KERB_HEIGHT_M
+from synthdepth.maps.furniture.footbridge import footbridge
 from synthdepth.maps.furniture.poles import catenary, wires
-from synthdepth.maps.furniture.structures import footbridge
-from synthdepth.maps.geometry import Model, copies, place, tube
+from synthdepth.maps.geometry import Model, copies, geometry, join, place, quads, tube
 
-_REACH_M = 330.0
-_BULB_EVERY_M = 0.9
-_TRAM_HEIGHT_M = 5.6
+_CABLE = (0.025, 0.025, 0.026)
+_STEEL = (0.24, 0.25, 0.26)
+_BANNERS = ((0.3, 0.03, 0.03), (0.05, 0.09, 0.25), (0.5, 0.34, 0.05), (0.06, 0.2, 0.1),
+            (0.55, 0.54, 0.5), (0.25, 0.05, 0.2))  # fmt: skip
 
 
-def overhead(
-    rng: np.random.Generator, grid: Grid, *, cable_share: float, bridges: int
-) -> list[Model]:
-    """Cables and bridges.
+def _walls(lots: list[Lot]) -> tuple[shapely.STRtree, np.ndarray]:
+    """Footprints of the buildings and their heights [m]."""
+    built = [lot for lot in lots if lot.built]
+    shapes = np.array([shapely.Polygon(lot.footprint) for lot in built], dtype=object)
+    return shapely.STRtree(shapes), np.array([3.1 * lot.storeys for lot in built])
+
+
+def _anchors(grid: Grid, edge: int, s: np.ndarray, walls, least_m: float):
+    """Where lines across a street at `s` (k,) meet a building on either side.
+
+    Returns:
+        left and right points (k, 2), which of the lines meet two high enough buildings (k,).
+    """
+    tree, height = walls
+    reach = grid.profile(edge).width_m / 2 + 5.2
+    ends, found = [], np.ones(len(s), bool)
+    for side in (1, -1):
+        axis, far = grid.at(edge, s, 0 * s), grid.at(edge, s, 0 * s + side * reach)
+        rays = shapely.linestrings(np.stack([axis, far], 1))
+        ray, shape = tree.query(rays, predicate="intersects")
+        hit = np.full(len(s), np.inf)
+        for r, k in zip(ray, shape, strict=True):
+            if height[k] > least_m:
+                hit[r] = min(hit[r], shapely.distance(shapely.Point(axis[r]), tree.geometries[k]))
+        found &= np.isfinite(hit)
+        hit = np.where(np.isfinite(hit), hit, 1.0)
+        ends.append(grid.at(edge, s, side * (hit + 0.03)))
+    return ends[0], ends[1], found
+
+
+def hang_cables(
+    rng: np.random.Generator,
+    grid: Grid,
+    kerbs: list[Kerbside],
+    lots: list[Lot],
+    out: Fittings,
+    *,
+    share: float,
+    half_m: float,
+) -> None:
+    """Wires over a share of the streets: lamps on span wires, lights in zigzag, trolley wires.
 
     Args:
-        rng: the lane of what hangs.
+        rng: the lane of the cables.
         grid: the streets.
-        cable_share: share of the streets that have cables across; one avenue in three of those has
-            a tram's contact line.
-        bridges: footbridges over the avenues nearest to the middle.
+        kerbs: their layout.
+        lots: whose buildings wires are fixed to.
+        out: what it is added to.
+        share: of the streets.
+        half_m: half the side of the square that flights keep to.
     """
-    middle = np.linalg.norm((grid.start + grid.end) / 2, axis=1)
-    near = np.flatnonzero((middle < _REACH_M) & (grid.length_m > 40))
-    tram = rng.random(len(grid.lines)) < 0.34
-    spans, bulbs = [np.zeros((0, 2, 3))], [np.zeros((0, 2, 3))]
-    contact = [np.zeros((0, 2, 3))]
-    for edge in near:
-        profile = grid.profile(edge)
-        if rng.random() > cable_share:
+    walls = _walls(lots)
+    pairs: dict[int, dict[int, Kerbside]] = {}
+    for kerb in kerbs:
+        pairs.setdefault(kerb.edge, {})[kerb.side] = kerb
+    kinds = ("span", "string", "trolley", "banner")
+    chosen = rng.random(len(grid.lines)) < share
+    kind_of = rng.choice(kinds, len(grid.lines), p=[0.4, 0.2, 0.22, 0.18])
+    for edge, both in pairs.items():
+        middle = np.abs(grid.start[edge] + grid.end[edge]).max() / 2
+        if middle > half_m + 70:
             continue
-        first, last = crossing_m(grid)[edge]
-        run = grid.length_m[edge] - first - last
-        reach = profile.width_m / 2 + 0.4
-        if profile.kind == "avenue" and tram[grid.line[edge]]:
-            s = np.arange(first, first + run, 24.0)
-            spans.append(_across(rng, grid, edge, s, reach, (7.0, 7.6)))
-            for offset, _ in profile.lanes[:2]:
-                ends = grid.at(np.full(2, edge), np.array([first - 6, first + run + 6]), offset)
-                contact.append(np.column_stack([ends, [_TRAM_HEIGHT_M] * 2])[None])
+        low = max(kerb.span_m[0] for kerb in both.values()) - 3
+        high = min(kerb.span_m[1] for kerb in both.values()) + 3
+        if not chosen[grid.line[edge]]:
+            # Elsewhere single cables cross: telephone, power, aerials.
+            count = rng.poisson((high - low) / 55)
+            s = rng.uniform(low, high, count)
+            _span_wires(rng, grid, edge, s, walls, out, lamps=False)
+            continue
+        kind = kind_of[grid.line[edge]]
+        if kind == "span":
+            s = np.arange(low + 6, high, rng.uniform(22, 30))
+            _span_wires(rng, grid, edge, s, walls, out, lamps=True)
+        elif kind == "string":
+            _string_lights(rng, grid, edge, low, high, walls, out)
+        elif kind == "trolley":
+            _trolley(rng, grid, edge, low, high, out)
         else:
-            s = np.sort(rng.uniform(first, first + run, max(1, int(run / 30))))
-            lit = rng.random() < 0.3
-            (bulbs if lit else spans).append(
-                _across(rng, grid, edge, s, reach, (5.5, 8.5) if lit else (6.5, 16.0))
-            )
-    models: list[Model] = []
-    spans, bulbs, contact = (np.concatenate(rows) for rows in (spans, bulbs, contact))
-    if len(spans):
-        sag = rng.uniform(0.008, 0.03, len(spans))
-        lines = catenary(spans[:, 0], spans[:, 1], sag, 10)
-        models.append({("metal", "wire"): wires(lines, 0.011, (0.16, 0.16, 0.17))})
-    if len(contact):
-        lines = catenary(contact[:, 0], contact[:, 1], 0.0015, 16)
-        models.append({("metal", "wire"): wires(lines, 0.009, (0.35, 0.22, 0.13))})
-    if len(bulbs):
-        models.append(_string_lights(rng, bulbs))
-    return models + _footbridges(rng, grid, near, bridges)
+            _banners(rng, grid, edge, low, high, walls, out)
 
 
-def _across(rng, grid: Grid, edge: int, s: np.ndarray, reach: float, height) -> np.ndarray:
-    """Ends (k, 2, 3) of cables from house to house."""
-    k = len(s)
-    ends = [grid.at(np.full(k, edge), s + rng.normal(0, 1.2, k), side * reach) for side in (1, -1)]
-    z = rng.uniform(*height, k)
-    return np.stack([np.column_stack([xy, z + rng.normal(0, 0.3, k)]) for xy in ends], axis=1)
-
-
-def _string_lights(rng: np.random.Generator, ends: np.ndarray) -> Model:
-    lines = catenary(ends[:, 0], ends[:, 1], rng.uniform(0.02, 0.05, len(ends)), 14)
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    share = np.linspace(0.03, 0.97, int(np.median(length) / _BULB_EVERY_M))
-    at = share * 14
-    low = np.minimum(at.astype(int), 13)
-    part = (at - low)[None, :, None]
-    where = lines[:, low] * (1 - part) + lines[:, low + 1] * part
-    bulb = tube([[0, 0, -0.02], [0, 0, -0.06], [0, 0, -0.13]], [0.018, 0.045, 0.012], 6)
-    colour = (0.75, 0.55, 0.3)
-    return {
-        ("metal", "wire"): wires(lines, 0.008, (0.06, 0.06, 0.06)),
-        ("signal", "wire"): copies(bulb, where.reshape(-1, 3)).tinted(colour),
-    }
-
-
-def _footbridges(rng, grid: Grid, near: np.ndarray, count: int) -> list[Model]:
-    """Bridges across the avenues nearest to the middle, between their junctions."""
-    wide = [e for e in near if grid.profile(e).kind == "avenue" and grid.length_m[e] > 60]
-    nearest = sorted(wide, key=lambda e: np.linalg.norm((grid.start[e] + grid.end[e]) / 2))
-    models = []
-    for edge in nearest[:count]:
-        profile = grid.profile(edge)
-        model = footbridge(
-            rng, span_m=profile.carriageway_m + 1.6, clearance_m=float(rng.uniform(4.6, 5.4))
+def _span_wires(rng, grid: Grid, edge: int, s, walls, out: Fittings, *, lamps: bool) -> None:
+    """Cables from house to house; with a lamp hanging in the middle of each if wanted."""
+    a, b, found = _anchors(grid, edge, s, walls, 8.5)
+    if not found.any():
+        return
+    a, b = a[found], b[found]
+    n = len(a)
+    level = rng.uniform(6.9, 8.3, n)
+    drop = 0.0 if lamps else rng.uniform(-1.0, 1.0, n)
+    ends = np.column_stack([a, level]), np.column_stack([b, level + drop])
+    sag = rng.uniform(0.015, 0.04, n)
+    curve = catenary(*ends, sag, 8)
+    models = {("paint", "wire"): wires(curve, 0.009 if lamps else 0.011, _CABLE)}
+    if lamps:
+        head = join(
+            [
+                tube([[0, 0, 0.0], [0, 0, -0.35]], 0.012, 4, _STEEL),
+                tube([[0, 0, -0.32], [0, 0, -0.42], [0, 0, -0.6]], [0.05, 0.16, 0.2], 8, _STEEL),
+            ]
         )
+        glow = quads([[[-0.13, -0.13, -0.605], [-0.13, 0.13, -0.605], [0.13, 0.13, -0.605],
+                       [0.13, -0.13, -0.605]]], (0.65, 0.6, 0.5))  # fmt: skip
+        low = curve[:, 4]
+        models["paint", "pole"] = copies(head, low)
+        models["lamp", "pole"] = copies(glow, low)
+    out.models.append(models)
+
+
+def _string_lights(rng, grid: Grid, edge: int, low, high, walls, out: Fittings) -> None:
+    """Strings of bulbs in zigzag from house to house."""
+    s = np.arange(low + 2, high, rng.uniform(6, 9))
+    a, b, found = _anchors(grid, edge, s, walls, 8.5)
+    k = np.arange(len(s) - 1)
+    ok = found[:-1] & found[1:]
+    start, end = (
+        np.where((k % 2 == 0)[:, None], a[:-1], b[:-1]),
+        np.where((k % 2 == 0)[:, None], b[1:], a[1:]),
+    )
+    if not ok.any():
+        return
+    level = np.full((ok.sum(), 1), rng.uniform(5.8, 7.2))
+    curve = catenary(np.hstack([start[ok], level]), np.hstack([end[ok], level]), 0.035, 24)
+    bulbs = curve[:, 1:-1].reshape(-1, 3)
+    bulb = tube([[0, 0, 0.0], [0, 0, -0.05], [0, 0, -0.11]], [0.016, 0.045, 0.02], 5)
+    out.models.append(
+        {
+            ("paint", "wire"): wires(curve, 0.008, _CABLE),
+            ("paint", "street_furniture"): copies(bulb, bulbs).tinted((0.62, 0.55, 0.4)),
+        }
+    )
+
+
+def _trolley(rng, grid: Grid, edge: int, low, high, out: Fittings) -> None:
+    """Poles on both pavements, span wires between them, and contact wires along the lanes."""
+    profile = grid.profile(edge)
+    count = max(2, int((high - low) / 27) + 1)
+    s = np.linspace(low + 1.0, high - 1.0, count)
+    off = profile.carriageway_m / 2 + 0.32
+    feet = [grid.at(edge, s, np.full(count, side * off)) for side in (1, -1)]
+    pole = tube([[0, 0, -0.2], [0, 0, 7.4]], [0.13, 0.085], 8, _STEEL)
+    at = np.concatenate([np.column_stack([f, np.full(count, KERB_HEIGHT_M)]) for f in feet])
+    level = np.full((count, 1), 7.0)
+    span = catenary(np.hstack([feet[0], level]), np.hstack([feet[1], level]), 0.022, 8)
+    lanes = np.array([offset for offset, _ in profile.lanes])
+    tracks = np.unique(np.round([lanes.min(), lanes.max()], 2))
+    lines = []
+    for track in np.concatenate([tracks - 0.3, tracks + 0.3]):
+        xy = grid.at(edge, s, np.full(count, track))
+        share = 0.5 - track / (2 * off)
+        z = np.interp(share, np.linspace(0, 1, 9), span[0, :, 2]) - 0.32
+        points = np.column_stack([xy, np.full(count, z)])
+        lines.append(catenary(points[:-1], points[1:], 0.003, 4))
+        hung = np.column_stack([xy, np.full(count, z + 0.32)])
+        lines.append(catenary(hung, points + [1e-3, 0, 0], 1e-4, 4))
+    out.models.append(
+        {
+            ("paint", "pole"): copies(pole, at),
+            ("paint", "wire"): join(
+                [wires(span, 0.009, _CABLE), *(wires(line, 0.008, (0.11, 0.07, 0.05))
+                                               for line in lines)]
+            ),
+        }
+    )  # fmt: skip
+
+
+def _banners(rng, grid: Grid, edge: int, low, high, walls, out: Fittings) -> None:
+    """Cloths on cables across the street, some with rows of pennants."""
+    s = np.arange(low + 8, high, rng.uniform(26, 40))
+    a, b, found = _anchors(grid, edge, s, walls, 9.5)
+    u = grid.along[edge]
+    for p, q in zip(a[found], b[found], strict=True):
+        top = rng.uniform(7.2, 8.4)
+        curve = catenary([[*p, top]], [[*q, top]], 0.02, 16)
+        parts = {("paint", "wire"): wires(curve, 0.009, _CABLE)}
+        colour = np.array(_BANNERS[int(rng.integers(len(_BANNERS)))])
+        run = curve[0]
+        if rng.random() < 0.5:
+            upper = run[5:12] - [0, 0, 0.05]
+            lower = upper - [0, 0, rng.uniform(0.8, 1.2)]
+            wave = 0.1 * np.sin(np.arange(7) * 1.3)[:, None] * np.array([*u, 0])
+            cloth = np.stack(
+                [lower[:-1] + wave[:-1], lower[1:] + wave[1:], upper[1:], upper[:-1]], 1
+            )
+            parts["fabric", "street_furniture"] = quads(cloth, colour)
+            rise = upper - lower
+            high, low_edge = lower + 0.62 * rise + wave * 0.4, lower + 0.3 * rise + wave * 0.7
+            stripe = np.stack([low_edge[:-1], low_edge[1:], high[1:], high[:-1]], 1)
+            stripe = stripe + 0.02 * np.array([*u, 0])
+            parts["fabric", "street_furniture"] = join(
+                [parts["fabric", "street_furniture"], quads(stripe[1:-1], (0.6, 0.6, 0.57))]
+            )
+        else:
+            t = np.linspace(0.04, 0.96, 26)
+            at = np.stack(
+                [np.interp(t, np.linspace(0, 1, len(run)), run[:, k]) for k in range(3)], 1
+            )
+            across = (q - p) / np.linalg.norm(q - p) * 0.14
+            side = np.array([*across, 0])
+            tip = at + rng.normal(0, 0.05, (len(at), 1)) * np.array([*u, 0]) - [0, 0, 0.34]
+            corners = np.stack([at - side, tip, at + side], 1)
+            tint = np.array(_BANNERS)[rng.integers(len(_BANNERS), size=len(at))]
+            parts["fabric", "street_furniture"] = geometry(
+                corners, np.arange(3 * len(at)), tint=np.repeat(tint, 3, axis=0)
+            )
+        out.models.append(parts)
+
+
+def bridged_edges(grid: Grid, count: int) -> list[int]:
+    """The `count` avenues' edges nearest to the middle that have room for a footbridge."""
+    middle = np.linalg.norm((grid.start + grid.end) / 2, axis=1)
+    free = grid.length_m - grid.setback_m.sum(axis=1)
+    fit = [
+        int(edge)
+        for edge in np.flatnonzero((middle < 200) & (free > 2 * STAIRS_M + 20))
+        if grid.profile(edge).kind == "avenue" and grid.profile(edge).pavement_m > 3.9
+    ]
+    return sorted(fit, key=lambda edge: middle[edge])[:count]
+
+
+def footbridges(rng: np.random.Generator, grid: Grid, edges: list[int]) -> list[Model]:
+    """Footbridges over the middle of edges; their stairs run along the pavements."""
+    models = []
+    for edge in edges:
         u = grid.along[edge]
-        at = grid.at(edge, np.array(0.5 * grid.length_m[edge]), np.array(0.0))
-        models.append(place(model, [*at, KERB_HEIGHT_M - 0.02], np.arctan2(u[1], u[0]) + np.pi / 2))
+        span = grid.profile(edge).carriageway_m + 1.6
+        model = footbridge(rng, span_m=span, clearance_m=float(rng.uniform(4.7, 5.4)))
+        middle = grid.at(edge, np.array(bridge_m(grid, edge)), np.array(0.0))
+        yaw = float(np.arctan2(u[1], u[0]) - np.pi / 2)
+        models.append(place(model, [*middle, KERB_HEIGHT_M - 0.02], yaw))
     return models

@@ -3,10 +3,11 @@
 import dataclasses
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from synthdepth.maps.downtown.grid import Grid
 from synthdepth.maps.downtown.kerbside import CROSSING_M, Kerbside, parked_offset_m
-from synthdepth.maps.geometry import Model, box, copies, merge, yaw_matrix
+from synthdepth.maps.geometry import Model, box, copies, join, merge, yaw_matrix
 from synthdepth.maps.placement import distance_to
 from synthdepth.maps.vehicles.vehicle import BODIES, draw_vehicle, park, vehicle
 
@@ -33,7 +34,12 @@ class Traffic:
 
 
 def draw_traffic(
-    rng: np.random.Generator, grid: Grid, kerbs: list[Kerbside], *, density: float, reach_m: float
+    rng: np.random.Generator,
+    grid: Grid,
+    kerbs: list[Kerbside],
+    *,
+    cars_per_km: float,
+    reach_m: float,
 ) -> Traffic:
     """Vehicles on all streets within `reach_m` of the middle (per axis).
 
@@ -41,9 +47,10 @@ def draw_traffic(
         rng: the lane of the traffic.
         grid: the streets.
         kerbs: with parked cars and bus stops.
-        density: 0 for empty lanes, 1 for a rush hour.
+        cars_per_km: on a kilometre of each lane.
         reach_m: streets beyond it stay empty.
     """
+    headway_m = 1000 / max(cars_per_km, 1e-3)
     places: dict[str, list] = {"cars": [], "taxis": [], "vans": [], "buses": []}
     kinds = np.array(["cars", "taxis", "vans", "buses"])
     stops = {kerb.edge: kerb for kerb in kerbs if kerb.stop_m is not None}
@@ -58,12 +65,12 @@ def draw_traffic(
         for offset, direction in profile.lanes:
             # From the stop line backwards.
             at, span = CROSSING_M - 0.9, high - low - CROSSING_M
-            queue = rng.poisson(4.5 * density) if rng.random() < 0.55 else 0
-            at += 0 if queue else rng.exponential(25 / max(density, 0.05))
+            queue = rng.poisson(min(90 / headway_m, 8)) if rng.random() < 0.55 else 0
+            at += 0 if queue else rng.exponential(0.7 * headway_m)
             while True:
                 kind = str(rng.choice(kinds, p=[0.8, 0.09, 0.08, 0.03]))
                 long = {"buses": 12.2, "vans": 5.7}.get(kind, 5.0)
-                if at + long > span or density == 0:
+                if at + long > span:
                     break
                 back = at + long / 2
                 s = high - back if direction > 0 else low + back
@@ -74,7 +81,7 @@ def draw_traffic(
                     yaw = heading + (0 if direction > 0 else np.pi) + rng.normal(0, 0.008)
                     places[kind].append((*grid.at(edge, s, shift), yaw))
                 queue -= 1
-                gap = rng.uniform(1.4, 3.2) if queue > 0 else 7 + rng.exponential(22 / density)
+                gap = rng.uniform(1.4, 3.2) if queue > 0 else 7 + rng.exponential(headway_m)
                 at += long + gap
     for kerb in kerbs:
         inward, yaw = parked_offset_m(kerb), kerb.yaw_flow(grid)
@@ -103,8 +110,6 @@ def _apart(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     steps = np.array([-1, -0.5, 0, 0.5, 1])[:, None, None]
     points = rows[None, :, :2] + steps * reach[None, :, None] * u[None]
     keep = np.ones(len(rows), bool)
-    from scipy.spatial import cKDTree
-
     flat = points.reshape(-1, 2)
     owner = np.tile(np.arange(len(rows)), 5)
     pairs = cKDTree(flat).query_pairs(1.75, output_type="ndarray")
@@ -132,12 +137,8 @@ def _fleet(rng, body: str, colours, places: np.ndarray, near: np.ndarray, sign: 
             model = dict(vehicle(livery))
             if sign:
                 high = BODIES[body].height_m * drawn.scale[2]
-                model["paint", "vehicle"] = merge(
-                    [
-                        {"x": model["paint", "vehicle"]},
-                        {"x": box((0.2, 0.5, 0.16), (-0.15, 0, high - 0.02), (0.6, 0.55, 0.4))},
-                    ]
-                )["x"]
+                light = box((0.2, 0.5, 0.16), (-0.15, 0, high - 0.02), (0.6, 0.55, 0.4))
+                model["paint", "vehicle"] = join([model["paint", "vehicle"], light])
             at = np.column_stack([places[mine, :2], np.zeros(mine.sum())])
             turn = yaw_matrix(places[mine, 2])
             models.append({k: copies(p, at, rotation=turn) for k, p in model.items()})
