@@ -138,7 +138,7 @@ def _sea(rng: Rng) -> Material:
     ripple = fractal_noise(rng, shape, (24, 330), 0.25, (3, 1), turn)
     cross = fractal_noise(rng, shape, (20, 200), 0.25, (3, 1), turn + rng.uniform(0.6, 1.1))
     slick = fractal_noise(rng, shape, (1, 9), 0.3, (2, 1), turn + 0.4)
-    light = np.exp(0.32 * (ripple + 0.7 * cross) * smoothstep(slick, -2.2, 0.6) + 0.08 * slick)
+    light = np.exp(0.24 * (ripple + 0.7 * cross) * smoothstep(slick, -2.2, 0.6) + 0.08 * slick)
     return Material(
         texture=_neutral(light), size_m=(24.0, 24.0), kind="water", roughness=0.08, smooth=True
     )
@@ -161,7 +161,7 @@ def _lace(rng: Rng) -> Material:
     net = _net(rng, 9, 0.05)
     patch = smoothstep(fractal_noise(rng, shape, (2, 20), 0.3), -1.6, 0.6)
     churn = 1 + 0.08 * fractal_noise(rng, shape, (8, 90), 0.3)
-    water = np.array([0.045, 0.075, 0.078]) * rng.uniform(0.8, 1.2)
+    water = np.array([0.05, 0.068, 0.066]) * rng.uniform(0.8, 1.2)
     foam = blend(water, [0.6, 0.62, 0.62], net * (0.15 + 0.85 * patch)) * churn[..., None]
     return Material(texture=encode(np.clip(foam, 0, 1)), size_m=(10.0, 10.0), smooth=True)
 

@@ -76,7 +76,7 @@ def _rubber_floor(rng: Rng) -> Material:
 
 
 def _court(rng: Rng) -> Material:
-    """Acrylic paint on asphalt: sanded, scuffed, with bird baths and cracks; the tint colours it."""
+    """Acrylic paint on asphalt: sanded, scuffed, with puddles and cracks; the tint colours it."""
     shape = (512, 512)
     sand = fractal_noise(rng, shape, (90, 256), 0.0)
     scuff = smoothstep(fractal_noise(rng, shape, (20, 90), 0.2, (1, 6), rng.uniform(0, 3)), 1.4, 3)
@@ -110,7 +110,7 @@ def _chalk(rng: Rng) -> Material:
 
 
 def _sheeting(rng: Rng) -> Material:
-    """Profiled steel sheets: ribs every 0.2 m along u, laps, streaks of rain; the tint colours it."""
+    """Profiled steel sheets: ribs every 0.2 m along u, streaks of rain; the tint colours it."""
     shape, ribs = (512, 512), 24
     u = (np.arange(shape[1], dtype=np.float32) + 0.5) / shape[1] * ribs % 1
     # A trapezoid's crest, its two flanks (one lit, one shaded) and the pan between.
