@@ -15,7 +15,7 @@ from synthdepth.maps.vegetation.trees import plant
 
 @dataclasses.dataclass
 class Fittings:
-    """Places by kind, each an x, y [m] and a yaw [rad] unless said otherwise.
+    """Places by kind, each an x, y [m], a yaw [rad] and a height [m].
 
     Attributes:
         models: what is built already.
@@ -33,14 +33,15 @@ class Fittings:
     trees: dict[str, list] = dataclasses.field(default_factory=dict)
     people: dict[str, list] = dataclasses.field(default_factory=dict)
 
-    def add(self, kind: str, name: str, xy, yaw_rad=0.0) -> None:
-        """Adds things at `xy` (k, 2) to one of the tables by name."""
+    def add(self, kind: str, name: str, xy, yaw_rad=0.0, z_m: float = KERB_HEIGHT_M) -> None:
+        """Adds things at `xy` (k, 2) to one of the tables by name; on the pavement by default."""
         xy = np.asarray(xy, float).reshape(-1, 2)
         yaw = np.broadcast_to(np.asarray(yaw_rad, float), len(xy))
-        getattr(self, kind).setdefault(name, []).append(np.column_stack([xy, yaw]))
+        rows = np.column_stack([xy, yaw, np.full(len(xy), z_m)])
+        getattr(self, kind).setdefault(name, []).append(rows)
 
     def rows(self, kind: str) -> dict[str, np.ndarray]:
-        """A table by name, each (k, 3)."""
+        """A table by name, each (k, 4)."""
         table = getattr(self, kind)
         return {name: np.concatenate(table[name]) for name in sorted(table)}
 
@@ -58,7 +59,7 @@ class Fittings:
             rows = rows[distance_to(bounds, rows) < 80]
             models.append(signs(lanes["signs"], _feet(rows), rows[:, 2], kind))
         for pose, rows in self.rows("people").items():
-            rows = rows[distance_to(bounds, rows) < 40]
+            rows = rows[distance_to(bounds, rows) < 15]
             if len(rows):
                 models.append(people(lanes["people"], _feet(rows), rows[:, 2], pose=pose or None))
         trees = self.rows("trees")
@@ -70,5 +71,5 @@ class Fittings:
 
 
 def _feet(rows: np.ndarray) -> np.ndarray:
-    """Points on the pavement (k, 3)."""
-    return np.column_stack([rows[:, :2], np.full(len(rows), KERB_HEIGHT_M)])
+    """Where things stand, (k, 3)."""
+    return rows[:, [0, 1, 3]]

@@ -5,11 +5,13 @@ import numpy as np
 from synthdepth.maps.downtown.fittings import Fittings
 from synthdepth.maps.downtown.grid import Grid
 from synthdepth.maps.downtown.kerbside import CROSSING_M, Kerbside
+from synthdepth.maps.downtown.markings import PAINT_LIFT_M
 from synthdepth.maps.downtown.surface import KERB_HEIGHT_M
 from synthdepth.maps.furniture.parts import DARK_STEEL, STEEL, choice
 from synthdepth.maps.furniture.signals import signal_head, street_name_sign, traffic_light
-from synthdepth.maps.geometry import Model, box, merge, place, quads, tube
+from synthdepth.maps.geometry import Model, box, copies, merge, place, quads, tube, yaw_matrix
 
+COVER_LIFT_M = PAINT_LIFT_M  # covers lie on top of patches and paint
 _STREET_TREES = ("maple", "young", "birch", "oak", "poplar", "palm", "fruit", "bare")
 # Where side streets are quiet they show signs instead.
 _ROAD_SIGNS = {"parking": 0.5, "speed_limit": 0.25, "warning": 0.25}
@@ -106,15 +108,15 @@ def _walkers(rng, grid: Grid, kerb: Kerbside, out: Fittings, per_100m: float) ->
 
 
 def _covers(rng, grid: Grid, out: Fittings, half_m: float) -> None:
-    """Manhole covers on the carriageways, let down to their level, and on the pavements."""
+    """Manhole covers on the carriageways."""
     for edge in range(len(grid.start)):
         profile, length = grid.profile(edge), grid.length_m[edge]
-        if np.abs(grid.start[edge] + grid.end[edge]).max() / 2 > half_m + 40:
+        if np.abs(grid.start[edge] + grid.end[edge]).max() / 2 > half_m + 10:
             continue
-        count = rng.poisson(length / 26)
+        count = rng.poisson(length / 38)
         s = rng.uniform(0, length, count)
         left = rng.uniform(-0.42, 0.42, count) * profile.carriageway_m
-        out.add("furniture", "manhole", grid.at(edge, s, left), 0.0)
+        out.add("furniture", "manhole", grid.at(edge, s, left), z_m=COVER_LIFT_M)
 
 
 def tree_pits(out: Fittings, xy: np.ndarray, angle_rad: float, size_m: float = 1.25) -> None:
@@ -156,61 +158,103 @@ def _mast(rng: np.random.Generator, arm_m: float) -> Model:
     return merge([{("paint", "pole"): tubes} for tubes in (pole, arm, *stubs)] + heads)
 
 
+class _Signals:
+    """A few signals and signs of each make, and where copies of them stand."""
+
+    def __init__(self, rng: np.random.Generator):
+        self.rng = rng
+        makes: dict[str, list[Model]] = {
+            "post": [traffic_light(rng, arm_m=0.0) for _ in range(4)],
+            "far": [traffic_light(rng, arm_m=4.0) for _ in range(2)],
+            "names": [street_name_sign(rng) for _ in range(4)],
+        }
+        for reach in (3, 5, 7, 9):
+            makes[f"mast {reach}"] = [_mast(rng, reach) for _ in range(2)]
+        self.makes = makes
+        self.places: dict[tuple[str, int], list] = {}
+
+    def add(self, make: str, xy: np.ndarray, yaw_rad: float) -> None:
+        """One of a make at xy (2,)."""
+        which = int(self.rng.integers(len(self.makes[make])))
+        self.places.setdefault((make, which), []).append((*xy, yaw_rad))
+
+    def models(self) -> list[Model]:
+        """All of them."""
+        out = []
+        for make, which in sorted(self.places):
+            rows = np.array(self.places[make, which])
+            feet = np.column_stack([rows[:, :2], np.full(len(rows), KERB_HEIGHT_M)])
+            turn = yaw_matrix(rows[:, 2])
+            model = self.makes[make][which]
+            out.append({key: copies(part, feet, rotation=turn) for key, part in model.items()})
+        return out
+
+
 def furnish_junctions(
     rng: np.random.Generator, grid: Grid, out: Fittings, *, people: float, half_m: float
 ) -> None:
-    """Signals, street names and stop signs where streets meet, bollards at corners, people on
-    the crossings."""
+    """Signals, names and stop signs where streets meet, bollards, people on the crossings.
+
+    Args:
+        rng: the lane of the junctions.
+        grid: the streets.
+        out: what it is added to.
+        people: on a crossing of a carriageway of 14 m.
+        half_m: half the side of the square that flights keep to.
+    """
     avenue = np.array([profile.kind == "avenue" for profile in grid.profiles])[grid.line]
     signalled = np.zeros(len(grid.degree), bool)
-    np.logical_or.at(signalled, grid.node[avenue].ravel(), True)
+    signalled[grid.node[avenue].ravel()] = True
     signalled |= rng.random(len(signalled)) < 0.3
-    length = grid.length_m
+    signals = _Signals(rng)
     for edge in range(len(grid.start)):
-        profile = grid.profile(edge)
-        half = profile.carriageway_m / 2
-        free = length[edge] - grid.setback_m[edge].sum()
-        if profile.kind == "alley" or free < 2 * CROSSING_M + 6:
+        free = grid.length_m[edge] - grid.setback_m[edge].sum()
+        if grid.profile(edge).kind == "alley" or free < 2 * CROSSING_M + 6:
             continue
-        for end, ahead in ((0, -1), (1, 1)):
-            setback = grid.setback_m[edge, end]
-            s = setback if end == 0 else length[edge] - setback
-            inner = s - ahead * 4.6
-            here = grid.at(edge, np.array([s]), np.array([0.0]))[0]
-            if (
-                np.abs(here).max() > half_m + 60
-                or setback == 0
-                or grid.degree[grid.node[edge, end]] < 3
-            ):
-                continue
-            u = ahead * grid.along[edge]
-            towards = float(np.arctan2(u[1], u[0]))
-            right = -ahead
-            lanes = [offset for offset, direction in profile.lanes if direction == ahead]
-            corner = grid.at(edge, np.array([inner]), np.array([right * (half + 0.55)]))[0]
-            far = grid.at(edge, np.array([inner]), np.array([-right * (half + 0.55)]))[0]
-            z = KERB_HEIGHT_M
-            if lanes and signalled[grid.node[edge, end]]:
-                reach = float(np.clip(abs(right * half - np.mean(lanes)) + 1.2, 3.0, 9.0))
-                mast = _mast(rng, reach) if profile.kind == "avenue" else traffic_light(
-                    rng, arm_m=0.0)  # fmt: skip
-                out.models.append(place(mast, [*corner, z], towards + np.pi))
-                if not profile.two_way and rng.random() < 0.6:
-                    other = traffic_light(rng, arm_m=float(rng.choice([0.0, 4.0])))
-                    out.models.append(place(other, [*far, z], towards + np.pi))
-            elif lanes:
-                out.add("signs", str(rng.choice(["stop", "give_way"])), corner, towards + np.pi)
-            if rng.random() < 0.4:
-                at = grid.at(edge, np.array([s - ahead * 1.2]), np.array([-right * (half + 0.9)]))
-                out.models.append(place(street_name_sign(rng), [*at[0], z], towards))
-            if rng.random() < 0.35:
-                side = rng.choice([-1, 1])
-                at = s - ahead * np.arange(0.3, 4.0, 1.5)
-                posts = grid.at(edge, at, np.full(len(at), side * (half + 0.4)))
-                out.add("furniture", "bollard", posts)
-            if profile.kind != "alley" and rng.random() < 0.8:
-                count = rng.poisson(people * profile.carriageway_m / 14)
-                across = rng.uniform(-half + 0.5, half - 0.5, count)
-                at = grid.at(edge, s - ahead * rng.uniform(0.7, 2.9, count), across)
-                yaw = towards + np.pi / 2 * rng.choice([-1, 1], count) + rng.normal(0, 0.15, count)
-                out.add("people", "walking", at, yaw)
+        for end in (0, 1):
+            node, setback = grid.node[edge, end], grid.setback_m[edge, end]
+            corner = grid.start[edge] if end == 0 else grid.end[edge]
+            if setback > 0 and grid.degree[node] >= 3 and np.abs(corner).max() < half_m + 60:
+                _arm(rng, grid, edge, end, bool(signalled[node]), signals, out, people)
+    out.models += signals.models()
+
+
+def _arm(
+    rng, grid: Grid, edge: int, end: int, signalled: bool, signals: _Signals, out: Fittings, people
+) -> None:
+    """What stands where an edge meets a junction."""
+    profile = grid.profile(edge)
+    half, ahead = profile.carriageway_m / 2, 2 * end - 1
+    setback = grid.setback_m[edge, end]
+    s = setback if end == 0 else grid.length_m[edge] - setback
+    u = ahead * grid.along[edge]
+    towards = float(np.arctan2(u[1], u[0]))
+    right = -ahead
+    lanes = [offset for offset, direction in profile.lanes if direction == ahead]
+
+    def beside(back_m: float, side: int, inward_m: float) -> np.ndarray:
+        return grid.at(edge, np.array(s - ahead * back_m), np.array(side * (half + inward_m)))
+
+    corner, far = beside(4.6, right, 0.55), beside(4.6, -right, 0.55)
+    if lanes and signalled:
+        reach = abs(right * half - np.mean(lanes)) + 1.2
+        arm = min((3, 5, 7, 9), key=lambda m: abs(m - reach))
+        make = f"mast {arm}" if profile.kind == "avenue" else "post"
+        signals.add(make, corner, towards + np.pi)
+        if not profile.two_way and rng.random() < 0.6:
+            signals.add(str(rng.choice(["post", "far"])), far, towards + np.pi)
+    elif lanes:
+        out.add("signs", str(rng.choice(["stop", "give_way"])), corner, towards + np.pi)
+    if rng.random() < 0.4:
+        signals.add("names", beside(1.2, -right, 0.9), towards)
+    if rng.random() < 0.35:
+        side = int(rng.choice([-1, 1]))
+        at = s - ahead * np.arange(0.3, 4.0, 1.5)
+        posts = grid.at(edge, at, np.full(len(at), side * (half + 0.4)))
+        out.add("furniture", "bollard", posts)
+    if rng.random() < 0.8:
+        count = rng.poisson(people * profile.carriageway_m / 14)
+        across = rng.uniform(-half + 0.5, half - 0.5, count)
+        at = grid.at(edge, s - ahead * rng.uniform(0.7, 2.9, count), across)
+        yaw = towards + np.pi / 2 * rng.choice([-1, 1], count) + rng.normal(0, 0.15, count)
+        out.add("people", "walking", at, yaw, z_m=0.0)

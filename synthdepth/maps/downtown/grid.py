@@ -5,6 +5,7 @@ others with a second district that meets the first at an angle.
 """
 
 import dataclasses
+import functools
 import itertools
 
 import numpy as np
@@ -75,12 +76,12 @@ class Grid:
     carriageway: shapely.Geometry
     street_land: shapely.Geometry
 
-    @property
+    @functools.cached_property
     def along(self) -> np.ndarray:
         """(e, 2) unit vectors of the edges."""
         return (self.end - self.start) / self.length_m[:, None]
 
-    @property
+    @functools.cached_property
     def length_m(self) -> np.ndarray:
         """(e,) lengths of the edges."""
         return np.linalg.norm(self.end - self.start, axis=1)

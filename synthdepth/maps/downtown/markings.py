@@ -25,12 +25,14 @@ class Style:
         zebra: bars of zebra crossings; otherwise two lines across.
         centre: linear reflectance of the lines between opposite directions.
         double: those are double lines.
+        guides: dashes lead through the junctions.
         bays: parking bays are marked by "tees", "line" or "none".
     """
 
     zebra: bool
     centre: tuple[float, float, float]
     double: bool
+    guides: bool
     bays: str
 
 
@@ -41,6 +43,7 @@ def draw_style(rng: np.random.Generator) -> Style:
         zebra=bool(rng.random() < 0.8),
         centre=tuple(centre.tolist()),
         double=bool(rng.random() < 0.5),
+        guides=bool(rng.random() < 0.6),
         bays=str(rng.choice(["tees", "line", "none"], p=[0.45, 0.4, 0.15])),
     )
 
@@ -156,6 +159,20 @@ def _junction_ends(rng, paint: _Paint, edge: int, style: Style, degree) -> None:
                         paint.polygons(edge, shape, at(back), lane, ahead, WHITE)
 
 
+def _guides(paint: _Paint, edge: int, degree) -> None:
+    """Short dashes that lead the lanes of an avenue through its junctions."""
+    profile, length = paint.grid.profile(edge), paint.grid.length_m[edge]
+    lanes = sorted(offset for offset, _ in profile.lanes)
+    for end in (0, 1):
+        setback = paint.grid.setback_m[edge, end]
+        if degree[end] < 3 or setback < 3:
+            continue
+        s = np.arange(0.6, setback - 0.4, 1.8)
+        for a, b in itertools.pairwise(lanes):
+            at = s if end == 0 else length - s
+            paint.add(edge, at, (a + b) / 2, 0.6, LINE_M, WHITE)
+
+
 def _lanes(rng, paint: _Paint, edge: int, style: Style, span) -> None:
     """Lines between lanes and along the parking lanes."""
     profile = paint.grid.profile(edge)
@@ -232,6 +249,32 @@ def _wear(rng, grid: Grid, edge: int, span) -> tuple[np.ndarray, np.ndarray, lis
     return patches, tone, cracks
 
 
+def _junction_wear(rng, grid: Grid, half_m: float):
+    """Patches (k, 4, 2), their tone (k,) and sealed cracks in the middle of junctions."""
+    ends = np.concatenate([grid.start, grid.end])
+    node, first = np.unique(np.concatenate([grid.node[:, 0], grid.node[:, 1]]), return_index=True)
+    middle = ends[first][grid.degree[node] >= 3]
+    middle = middle[np.abs(middle).max(axis=1) < half_m + 60]
+    count = rng.integers(4, 10, len(middle))
+    centre = np.repeat(middle, count, axis=0) + rng.normal(0, 3.2, (count.sum(), 2))
+    turn = grid.angle_rad + np.pi / 2 * rng.integers(0, 4, len(centre))
+    turn += rng.normal(0, 0.06, len(centre))
+    u = np.stack([np.cos(turn), np.sin(turn)], 1)[:, None]
+    n = np.stack([-np.sin(turn), np.cos(turn)], 1)[:, None]
+    size = rng.uniform([0.8, 0.4], [6.5, 2.2], (len(centre), 2)) / 2
+    x, y = np.array([-1, 1, 1, -1]), np.array([-1, -1, 1, 1])
+    patches = centre[:, None] + (size[:, :1] * x)[..., None] * u + (size[:, 1:] * y)[..., None] * n
+    tone = np.where(rng.random(len(centre)) < 0.7, 0.7, 1.2) * rng.uniform(0.8, 1.15, len(centre))
+    cracks = []
+    for point in np.repeat(middle, rng.integers(3, 9, len(middle)), axis=0):
+        angle = rng.uniform(0, np.pi)
+        t = np.linspace(-0.5, 0.5, 9) * rng.uniform(3, 9)
+        line = np.stack([t, np.cumsum(rng.normal(0, 0.16, 9))], 1)
+        c, s = np.cos(angle), np.sin(angle)
+        cracks.append(point + rng.normal(0, 2.0, 2) + line @ np.array([[c, s], [-s, c]]))
+    return patches, tone, cracks
+
+
 def _ribbons(lines: list[np.ndarray], width_m: np.ndarray) -> np.ndarray:
     """Quadrilaterals (k, 4, 2) along polylines of nine points each."""
     if not lines:
@@ -284,12 +327,18 @@ def street_markings(
         if profile.kind == "alley" or high - low < 2 * CROSSING_M + 6:
             continue
         _junction_ends(rng, paint, edge, style, grid.degree[grid.node[edge]])
+        if profile.kind == "avenue" and style.guides:
+            _guides(paint, edge, grid.degree[grid.node[edge]])
         _lanes(rng, paint, edge, style, (low + CROSSING_M, high - CROSSING_M))
         s = np.array([low + 1.5, high - 1.5])
         for side in (-1, 1):
             wear = _Paint(rng, grid)
             wear.add(edge, s, side * (profile.carriageway_m / 2 - 0.26), 0.6, 0.36, WHITE)
             drains.append(wear.corners[0])
+    worn = _junction_wear(rng, grid, half_m)
+    patches.append(worn[0])
+    tones.append(worn[1])
+    cracks += worn[2]
     for kerb in kerbs:
         if kerb.stop_m is not None:
             _bus_box(paint, kerb, YELLOW if style.double else WHITE)

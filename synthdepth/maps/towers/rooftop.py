@@ -97,13 +97,13 @@ def _outline(roof: Roof, params: "Tower", rng: np.random.Generator) -> None:
     at = roof.spot(rng, (2.6, 2.6), 0.3)
     if at and rng.random() < 0.6:
         roof_items.mast(roof, *at, 0.0, rng.uniform(4.0, 8.0), rng)
-    for _ in range(int(min(5, roof.area_m2 / 120))):
+    for _ in range(int(min(2, roof.area_m2 / 150))):
         roof_items.air_handlers(roof, rng)
 
 
 def _furnish(roof: Roof, params: "Tower", rng: np.random.Generator, top: bool) -> None:
-    """Machines, pipes, tanks, aerials, skylights: about one a 35 m² of free roof."""
-    count = int(min(26, roof.area_m2 / 30 * (1.0 if top else 0.35)) * rng.uniform(0.7, 1.3))
+    """Machines, pipes, tanks, aerials, skylights: about one a 40 m² of free roof."""
+    count = int(min(16, roof.area_m2 / 38 * (1.0 if top else 0.35)) * rng.uniform(0.7, 1.3))
     old = _is_old(params)
     if top and old and params.storeys >= 5 and rng.random() < 0.7:
         roof_items.water_tank(roof, rng)
