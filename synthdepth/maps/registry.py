@@ -4,8 +4,12 @@ import dataclasses
 from collections.abc import Callable
 
 from synthdepth.config import Config
+from synthdepth.maps.blocks import BlocksRanges, blocks
+from synthdepth.maps.city import CityRanges, city
+from synthdepth.maps.coastline import CoastlineRanges, coastline
 from synthdepth.maps.light import LightRanges, draw_light
 from synthdepth.maps.neighborhood import NeighborhoodRanges, neighborhood
+from synthdepth.maps.soccer_field import SoccerFieldRanges, soccer_field
 from synthdepth.maps.weather import weathered
 from synthdepth.maps.world import Light, World
 from synthdepth.seeding import lane
@@ -27,10 +31,30 @@ class MapKind:
 
 
 MAPS = {
+    "blocks": MapKind(
+        ranges=BlocksRanges,
+        build=blocks,
+        summary="an arena of obstacles: walls with gates, pillars, stacks, frames, nets, cables",
+    ),
+    "city": MapKind(
+        ranges=CityRanges,
+        build=city,
+        summary="avenues between towers and low blocks: traffic, people, wires, parks, a crane",
+    ),
+    "coastline": MapKind(
+        ranges=CoastlineRanges,
+        build=coastline,
+        summary="beach, dunes or cliffs by the sea: pines, a coast road, houses, boats, a pier",
+    ),
     "neighborhood": MapKind(
         ranges=NeighborhoodRanges,
         build=neighborhood,
         summary="a suburb: winding streets, houses, gardens, trees, poles with wires, parked cars",
+    ),
+    "soccer_field": MapKind(
+        ranges=SoccerFieldRanges,
+        build=soccer_field,
+        summary="a sports ground: pitches, goals with nets, stands, masts, courts, a town around",
     ),
 }
 

@@ -273,7 +273,7 @@ def _grid(lines: list, angle: float, corner_m: float) -> Grid:
         line=line,
         node=node,
         degree=degree,
-        setback_m=_setbacks(ends, profiles, start, end, line, corner_m),
+        setback_m=_setbacks(profiles, start, end, line, carriageway),
         angle_rad=float(angle),
         corner_m=corner_m,
         carriageway=shapely.simplify(carriageway, 0.02),
@@ -316,29 +316,22 @@ def _edges(ends: np.ndarray):
     )  # fmt: skip
 
 
-def _setbacks(ends, profiles, start, end, line, corner_m: float) -> np.ndarray:
-    """(e, 2): how far from either end of an edge another street's carriageway reaches."""
+def _setbacks(profiles, start, end, line, carriageway) -> np.ndarray:
+    """(e, 2): how far from either end of an edge its kerbs are open to another carriageway."""
     length = np.linalg.norm(end - start, axis=1)
     u = (end - start) / length[:, None]
     n = np.stack([-u[:, 1], u[:, 0]], 1)
-    half = np.array([p.carriageway_m / 2 for p in profiles])
-    share = np.linspace(0, 1, 161)
+    half = np.array([profile.carriageway_m / 2 for profile in profiles])[line]
+    share = np.linspace(0, 1, 121)
     s = length[:, None] * share  # (e, q)
-    side = np.array([-1.0, 0.0, 1.0])
-    points = (
-        start[:, None, None] + s[:, :, None, None] * u[:, None, None]
-        + (side[:, None] * n[:, None, None]) * half[line][:, None, None, None]
-    )  # (e, q, 3, 2)  # fmt: skip
     hit = np.zeros(s.shape, bool)
-    for k, (a, b) in enumerate(ends):
-        span = np.linalg.norm(b - a)
-        v = (b - a) / span
-        away = points - a
-        x = away @ v
-        y = away @ np.array([-v[1], v[0]])
-        inside = (np.abs(y) < half[k]) & (x > -0.1) & (x < span + 0.1)
-        hit |= inside.any(axis=2) & (line != k)[:, None]
+    shapely.prepare(carriageway)
+    for side in (-1, 1):
+        beside = start + (side * (half + 0.25))[:, None] * n
+        points = beside[:, None] + s[..., None] * u[:, None]
+        hit |= shapely.contains_xy(carriageway, points[..., 0], points[..., 1])
     first = np.where(hit & (share <= 0.5), s, -1).max(axis=1)
     last = np.where(hit & (share >= 0.5), length[:, None] - s, -1).max(axis=1)
-    step = length / 160
-    return np.stack([np.where(d >= 0, d + step + corner_m, 0.0) for d in (first, last)], axis=1)
+    # A sample may lie just inside; the kerb is straight a little later still.
+    step = length / 120 + 0.3
+    return np.stack([np.where(d >= 0, d + step, 0.0) for d in (first, last)], axis=1)

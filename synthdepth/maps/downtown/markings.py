@@ -266,12 +266,12 @@ def _junction_wear(rng, grid: Grid, half_m: float):
     patches = centre[:, None] + (size[:, :1] * x)[..., None] * u + (size[:, 1:] * y)[..., None] * n
     tone = np.where(rng.random(len(centre)) < 0.7, 0.7, 1.2) * rng.uniform(0.8, 1.15, len(centre))
     cracks = []
-    for point in np.repeat(middle, rng.integers(3, 9, len(middle)), axis=0):
+    for point in np.repeat(middle, rng.integers(2, 6, len(middle)), axis=0):
         angle = rng.uniform(0, np.pi)
         t = np.linspace(-0.5, 0.5, 9) * rng.uniform(3, 9)
         line = np.stack([t, np.cumsum(rng.normal(0, 0.16, 9))], 1)
         c, s = np.cos(angle), np.sin(angle)
-        cracks.append(point + rng.normal(0, 2.0, 2) + line @ np.array([[c, s], [-s, c]]))
+        cracks.append(point + rng.normal(0, 4.0, 2) + line @ np.array([[c, s], [-s, c]]))
     return patches, tone, cracks
 
 
@@ -327,7 +327,8 @@ def street_markings(
         if profile.kind == "alley" or high - low < 2 * CROSSING_M + 6:
             continue
         _junction_ends(rng, paint, edge, style, grid.degree[grid.node[edge]])
-        if profile.kind == "avenue" and style.guides:
+        # Along one street only: those of two would cross.
+        if profile.kind == "avenue" and style.guides and grid.line[edge] % 2:
             _guides(paint, edge, grid.degree[grid.node[edge]])
         _lanes(rng, paint, edge, style, (low + CROSSING_M, high - CROSSING_M))
         s = np.array([low + 1.5, high - 1.5])

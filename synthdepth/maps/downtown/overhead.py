@@ -75,57 +75,80 @@ def hang_cables(
         pairs.setdefault(kerb.edge, {})[kerb.side] = kerb
     kinds = ("span", "string", "trolley", "banner")
     chosen = rng.random(len(grid.lines)) < share
-    kind_of = rng.choice(kinds, len(grid.lines), p=[0.4, 0.2, 0.22, 0.18])
+    kind_of = rng.choice(kinds, len(grid.lines), p=[0.28, 0.22, 0.3, 0.2])
     for edge, both in pairs.items():
         middle = np.abs(grid.start[edge] + grid.end[edge]).max() / 2
         if middle > half_m + 70:
             continue
         low = max(kerb.span_m[0] for kerb in both.values()) - 3
         high = min(kerb.span_m[1] for kerb in both.values()) + 3
-        if not chosen[grid.line[edge]]:
-            # Elsewhere single cables cross: telephone, power, aerials.
-            count = rng.poisson((high - low) / 55)
-            s = rng.uniform(low, high, count)
-            _span_wires(rng, grid, edge, s, walls, out, lamps=False)
-            continue
-        kind = kind_of[grid.line[edge]]
+        # Single cables cross everywhere but over trolley wires.
+        kind = kind_of[grid.line[edge]] if chosen[grid.line[edge]] else "loose"
+        if kind != "trolley":
+            _loose_cables(rng, grid, edge, low, high, walls, out)
         if kind == "span":
-            s = np.arange(low + 6, high, rng.uniform(22, 30))
-            _span_wires(rng, grid, edge, s, walls, out, lamps=True)
+            s = np.arange(low + 6, high, rng.uniform(16, 26))
+            _span_lamps(rng, grid, edge, s, walls, out)
         elif kind == "string":
             _string_lights(rng, grid, edge, low, high, walls, out)
         elif kind == "trolley":
             _trolley(rng, grid, edge, low, high, out)
-        else:
+        elif kind == "banner":
             _banners(rng, grid, edge, low, high, walls, out)
 
 
-def _span_wires(rng, grid: Grid, edge: int, s, walls, out: Fittings, *, lamps: bool) -> None:
-    """Cables from house to house; with a lamp hanging in the middle of each if wanted."""
+def _loose_cables(rng, grid: Grid, edge: int, low, high, walls, out: Fittings) -> None:
+    """Telephone and power cables: bundles that fan out from house to house across the street."""
+    count = rng.poisson((high - low) / 26)
+    start = np.repeat(rng.uniform(low, high, count), rng.integers(1, 5, count))
+    end = np.clip(start + rng.normal(0, 7, len(start)), low, high)
+    if not len(start):
+        return
+    side = rng.random(len(start)) < 0.5
+    a, _, found_a = _anchors(grid, edge, np.where(side, start, end), walls, 8.5)
+    _, b, found_b = _anchors(grid, edge, np.where(side, end, start), walls, 8.5)
+    found = found_a & found_b
+    if found.any():
+        a, b = a[found], b[found]
+        level = rng.uniform(6.3, 8.3, (2, len(a)))
+        curve = catenary(
+            np.column_stack([a, level[0]]),
+            np.column_stack([b, level[1]]),
+            rng.uniform(0.015, 0.045, len(a)),
+            10,
+        )
+        out.models.append({("paint", "wire"): wires(curve, 0.015, _CABLE)})
+
+
+def _span_lamps(rng, grid: Grid, edge: int, s, walls, out: Fittings) -> None:
+    """Cables from house to house with a lamp hanging in the middle of each."""
     a, b, found = _anchors(grid, edge, s, walls, 8.5)
     if not found.any():
         return
     a, b = a[found], b[found]
-    n = len(a)
-    level = rng.uniform(6.9, 8.3, n)
-    drop = 0.0 if lamps else rng.uniform(-1.0, 1.0, n)
-    ends = np.column_stack([a, level]), np.column_stack([b, level + drop])
-    sag = rng.uniform(0.015, 0.04, n)
-    curve = catenary(*ends, sag, 8)
-    models = {("paint", "wire"): wires(curve, 0.009 if lamps else 0.011, _CABLE)}
-    if lamps:
-        head = join(
-            [
-                tube([[0, 0, 0.0], [0, 0, -0.35]], 0.012, 4, _STEEL),
-                tube([[0, 0, -0.32], [0, 0, -0.42], [0, 0, -0.6]], [0.05, 0.16, 0.2], 8, _STEEL),
-            ]
-        )
-        glow = quads([[[-0.13, -0.13, -0.605], [-0.13, 0.13, -0.605], [0.13, 0.13, -0.605],
-                       [0.13, -0.13, -0.605]]], (0.65, 0.6, 0.5))  # fmt: skip
-        low = curve[:, 4]
-        models["paint", "pole"] = copies(head, low)
-        models["lamp", "pole"] = copies(glow, low)
-    out.models.append(models)
+    level = rng.uniform(6.9, 8.3, len(a))
+    curve = catenary(
+        np.column_stack([a, level]),
+        np.column_stack([b, level]),
+        rng.uniform(0.015, 0.04, len(a)),
+        8,
+    )
+    head = join(
+        [
+            tube([[0, 0, 0.0], [0, 0, -0.35]], 0.012, 4, _STEEL),
+            tube([[0, 0, -0.32], [0, 0, -0.42], [0, 0, -0.6]], [0.05, 0.16, 0.2], 8, _STEEL),
+        ]
+    )
+    square = np.array([[-1, -1], [-1, 1], [1, 1], [1, -1]]) * 0.13  # seen from below
+    glow = quads([[[*corner, -0.605] for corner in square]], (0.65, 0.6, 0.5))
+    low = curve[:, 4]
+    out.models.append(
+        {
+            ("paint", "wire"): wires(curve, 0.012, _CABLE),
+            ("paint", "pole"): copies(head, low),
+            ("lamp", "pole"): copies(glow, low),
+        }
+    )
 
 
 def _string_lights(rng, grid: Grid, edge: int, low, high, walls, out: Fittings) -> None:
@@ -146,7 +169,7 @@ def _string_lights(rng, grid: Grid, edge: int, low, high, walls, out: Fittings) 
     bulb = tube([[0, 0, 0.0], [0, 0, -0.05], [0, 0, -0.11]], [0.016, 0.045, 0.02], 5)
     out.models.append(
         {
-            ("paint", "wire"): wires(curve, 0.008, _CABLE),
+            ("paint", "wire"): wires(curve, 0.012, _CABLE),
             ("paint", "street_furniture"): copies(bulb, bulbs).tinted((0.62, 0.55, 0.4)),
         }
     )
@@ -178,7 +201,7 @@ def _trolley(rng, grid: Grid, edge: int, low, high, out: Fittings) -> None:
         {
             ("paint", "pole"): copies(pole, at),
             ("paint", "wire"): join(
-                [wires(span, 0.009, _CABLE), *(wires(line, 0.008, (0.11, 0.07, 0.05))
+                [wires(span, 0.012, _CABLE), *(wires(line, 0.011, (0.11, 0.07, 0.05))
                                                for line in lines)]
             ),
         }
