@@ -70,7 +70,7 @@ def wall(x_m, reflectance=0.5, half_m=60.0):
 
 def recipe(size=SIZE):
     """Two scenes of four pairs, on a small flight area."""
-    small = load_recipe("neighborhood")
+    small = load_recipe("blocks")
     scene = dataclasses.replace(small.scene, flight_area_m=200.0)
     return with_overrides(
         dataclasses.replace(small, scene=scene),

@@ -14,7 +14,7 @@ from synthdepth.cli import main
         (["rendr"], "Unrecognized options: rendr"),
         (["render", "--map", "neighborhood"], "--pairs"),
         (["render", "--map", "neighborhood", "--pairs", "many"], "--pairs"),
-        (["render", "--map", "moon", "--pairs", "4"], "the maps are neighborhood"),
+        (["render", "--map", "moon", "--pairs", "4"], "the maps are blocks, city, coastline"),
         (["render", "--map", "neighborhood", "--pairs", "0"], "--pairs 0: allowed is"),
         (["render", "--map", "neighborhood", "--pairs", "-2"], "--pairs -2: allowed is"),
         (["render", "--map", "neighborhood", "--pairs", "4", "--size", "big"], "--size big"),

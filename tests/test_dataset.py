@@ -201,7 +201,7 @@ def test_poses_and_times_are_those_of_a_flight(pairs):
         assert pair.meta["dt_s"] == pytest.approx(0.1)
         np.testing.assert_allclose(move / 0.1, pair.meta["velocity_mps"], atol=1.0)
         assert pair.meta["nearest_depth_m"] > 0.2
-        assert 2.0 - 1e-6 <= pair.meta["altitude_m"] <= 40.0 + 1e-6
+        assert 2.0 - 1e-6 <= pair.meta["altitude_m"] <= 60.0 + 1e-6
 
 
 # webdataset leaves its tar streams to the garbage collector.

@@ -54,7 +54,7 @@ def test_the_reader_in_the_readme_reads(dataset, capsys):
     path = "data/suburb/train/neighborhood-train-000000.tar"
     assert path in code
     exec(compile(code.replace(path, str(shard)), "README.md", "exec"), {})
-    assert capsys.readouterr().out.startswith("neighborhood-s00000-f000-")
+    assert capsys.readouterr().out.startswith("blocks-s00000-f000-")
 
 
 @pytest.mark.usefixtures("backend")

@@ -21,7 +21,7 @@ def test_every_shipped_recipe_loads_and_survives_the_manifest():
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("map = 'atlantis'", "map = 'atlantis': allowed are neighborhood"),
+        ("map = 'atlantis'", "map = 'atlantis': allowed are blocks, city, coastline"),
         ("map = 'neighborhood'\nfog = 1", "fog is unknown: allowed are map, scene, light"),
         (
             "map = 'neighborhood'\n[flight]\nspeed = 1",

@@ -196,6 +196,7 @@ def _streets(
         list(blocks.lots),
         out,
         share=drawn["cable_share"],
+        bridged=bridged,
         half_m=half,
     )
     traffic = draw_traffic(

@@ -56,6 +56,7 @@ def hang_cables(
     out: Fittings,
     *,
     share: float,
+    bridged: list[int],
     half_m: float,
 ) -> None:
     """Wires over a share of the streets: lamps on span wires, lights in zigzag, trolley wires.
@@ -67,6 +68,7 @@ def hang_cables(
         lots: whose buildings wires are fixed to.
         out: what it is added to.
         share: of the streets.
+        bridged: edges with a footbridge, which wires would run into.
         half_m: half the side of the square that flights keep to.
     """
     walls = _walls(lots)
@@ -78,7 +80,7 @@ def hang_cables(
     kind_of = rng.choice(kinds, len(grid.lines), p=[0.28, 0.22, 0.3, 0.2])
     for edge, both in pairs.items():
         middle = np.abs(grid.start[edge] + grid.end[edge]).max() / 2
-        if middle > half_m + 70:
+        if middle > half_m + 70 or edge in bridged:
             continue
         low = max(kerb.span_m[0] for kerb in both.values()) - 3
         high = min(kerb.span_m[1] for kerb in both.values()) + 3

@@ -7,7 +7,7 @@ import shapely
 
 from synthdepth.maps.furniture.fences import fence
 from synthdepth.maps.gardens.lots import LotPlan
-from synthdepth.maps.geometry import Model
+from synthdepth.maps.geometry import Model, copies, tube, yaw_matrix
 from synthdepth.maps.placement import distance_to, draped_line, on_ground, points_within
 from synthdepth.maps.stadium.piece import Piece
 from synthdepth.maps.streets.streetscape import Streetscape
@@ -115,6 +115,7 @@ def town_greenery(
         ]
     )
     models = [plant(rng, positions, kinds, distance_to(bounds, positions))]
+    models.append(_bales(rng, country, terrain))
     places = np.concatenate([lot.bushes for lot in lots] + [np.zeros((0, 3))])
     places = places[distance_to(bounds, places) <= _BUSHES_M]
     feet = on_ground(terrain, places[:, :2])
@@ -125,12 +126,24 @@ def town_greenery(
     return models
 
 
+def _bales(rng: np.random.Generator, country: shapely.Geometry, terrain: Terrain) -> Model:
+    """Round bales of straw, left on some fields."""
+    fields = points_within(rng, country, 5, 90.0)
+    spots = [shapely.Point(xy).buffer(rng.uniform(35, 70)) for xy in fields]
+    land = shapely.intersection(shapely.union_all(spots), country)
+    at = on_ground(terrain, points_within(rng, land, 90, 9.0))
+    bale = tube([[0, y, 0.68] for y in (-0.6, -0.58, 0.58, 0.6)], [0.64, 0.7, 0.7, 0.64], 14)
+    rotation = yaw_matrix(rng.uniform(0, 2 * np.pi, len(at)))
+    tint = np.array([0.3, 0.23, 0.115]) * rng.uniform(0.75, 1.1, (len(at), 1))
+    return {("leaf", "obstacle"): copies(bale, at, rotation=rotation, tint=tint)}
+
+
 def _field_trees(rng: np.random.Generator, country: shapely.Geometry) -> np.ndarray:
     """Trees (k, 2) of hedgerows and copses in the open country."""
     if country.area < 1e4:
         return np.zeros((0, 2))
     rows = []
-    for x, y in points_within(rng, country, max(int(country.area / 15000), 2), 40.0):
+    for x, y in points_within(rng, country, max(int(country.area / 8000), 2), 40.0):
         turn, long = rng.choice([0.3, 1.87]) + rng.normal(0, 0.1), rng.uniform(30, 110)
         t = rng.uniform(-0.5, 0.5, int(long / rng.uniform(4, 7))) * long
         row = np.array([x, y]) + t[:, None] * [np.cos(turn), np.sin(turn)]
