@@ -63,7 +63,7 @@ def test_a_malformed_recipe_is_one_line(tmp_path, text, complaint):
 
 
 def test_unknown_maps_are_answered_with_the_known_ones(tmp_path):
-    with pytest.raises(RecipeError, match="--map moon is unknown: the maps are neighborhood"):
+    with pytest.raises(RecipeError, match="--map moon is unknown: the maps are blocks, city"):
         load_recipe("moon")
     with pytest.raises(RecipeError, match="does not exist"):
         load_recipe(str(tmp_path / "none.toml"))
