@@ -32,7 +32,7 @@ class LightRanges(Config):
     cloud_cover: tuple[float, float] = span((0, 0.6), 0, 1)
     visibility_m: tuple[float, float] = span((6e3, 5e4), 50, 2e5)
     haze_visibility_m: tuple[float, float] = span((700, 4000), 50, 2e5)
-    fog_visibility_m: tuple[float, float] = span((180, 900), 10, 5000)
+    fog_visibility_m: tuple[float, float] = span((250, 1000), 10, 5000)
     wetness: tuple[float, float] = span((0.5, 1), 0, 1)
 
 

@@ -27,11 +27,11 @@ _FIREFLY_WHITES = 20.0
 # a world that is much darker than a white card; the shoulder keeps its highlights.
 _WHITE_LEVEL = 1.7
 # A low sun lights walls rather than the ground: exposure counts it as if it stood this high.
-_LEAST_SINE = 0.35
+_LEAST_SINE = 0.6
 # At night what only the moon lights stays dark,
-_NIGHT_STOPS = 1.8
+_NIGHT_STOPS = 1.3
 # and a camera exposes for what the lamps light: this quantile of it, over the flight area.
-_LAMP_QUANTILE, _LAMP_SHARE, _LAMP_POINTS = 0.8, 0.7, 24
+_LAMP_QUANTILE, _LAMP_SHARE, _LAMP_POINTS = 0.8, 0.4, 24
 
 
 @dataclasses.dataclass(frozen=True)
