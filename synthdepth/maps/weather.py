@@ -12,6 +12,8 @@ from synthdepth.seeding import lane
 
 # What rain wets: surfaces that lie open to it.
 _WET_LABELS = ("ground", "road", "pavement", "roof")
+# Blades stand up: rain does not make a mirror of them.
+_BLADES = ("grass", "turf", "worn_turf", "synthetic_turf", "heath")
 # A film of water fills the pores: less light comes back, and more of it as a mirror's
 # (Lekner & Dorf 1988 find 0.4 to 0.6 of the dry reflectance for porous ground).
 _WET_REFLECTANCE = 0.55
@@ -60,7 +62,7 @@ def _wetted(
     """Open ground under a film of water; what is no dull solid (glass, metal) stays as it is."""
     out, made = {}, dict(materials)
     for (name, label), part in surfaces.items():
-        if label in _WET_LABELS and materials[name].kind == "diffuse" and name != "grass":
+        if label in _WET_LABELS and materials[name].kind == "diffuse" and name not in _BLADES:
             wet = f"wet {name}"
             made[wet] = _wet(materials[name], wetness)
             name = wet
