@@ -58,9 +58,12 @@ def scene_and_poses(options: Options):
     """The first scene of the dataset in clear air, and one pose of each of its first flights."""
     recipe = load_recipe(options.map)
     scene_seed = derive_seed(options.seed, recipe.map, 0)
-    world = build_world(recipe.map, recipe.scene, recipe.light, scene_seed)
-    # Haze is the same analytic factor in both: without it the reference is Mitsuba's alone.
-    world = dataclasses.replace(world, light=dataclasses.replace(world.light, visibility_m=1e12))
+    clear = dataclasses.replace(recipe.light, conditions=("clear",))
+    world = build_world(recipe.map, recipe.scene, clear, scene_seed)
+    # Mitsuba's sky has no clouds, and haze is the same analytic factor in both: without them the
+    # reference is Mitsuba's alone.
+    light = dataclasses.replace(world.light, visibility_m=1e12, cloud_cover=0.0)
+    world = dataclasses.replace(world, light=light)
     clearance = Clearance(world, max_altitude_m=recipe.flight.altitude_m[1])
     flights, _ = draw_flights(scene_seed, 256, clearance, recipe)
     flights = (flights * options.views)[: options.views]
@@ -73,10 +76,13 @@ def references(options: Options) -> list[np.ndarray]:
     activate(choose(), options.threads)
     import mitsuba as mi
 
+    from synthdepth.render.atlas import pack
     from synthdepth.render.scene import build_scene, to_world
+    from synthdepth.render.sky import sunsky
 
     world, poses, camera = scene_and_poses(options)
-    scene = build_scene(world, camera, with_sun=True)
+    sky = {"sky": sunsky(world.light, sun_scale=1.0)}
+    scene = build_scene(world, camera, pack(world.materials), sky)
     params = mi.traverse(scene)
     path = mi.load_dict({"type": "path", "max_depth": 8})
     found = []
