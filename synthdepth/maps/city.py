@@ -69,7 +69,7 @@ class CityRanges(Config):
     cars_per_km: tuple[float, float] = span((8, 28), 0, 140)
     cable_share: tuple[float, float] = span((0.3, 0.8), 0, 1)
     footbridges: int = number(2, 0, 10)
-    flight_area_m: float = number(320.0, 150, 700)
+    flight_area_m: float = number(280.0, 150, 700)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -23,7 +23,7 @@ from synthdepth.seeding import lane
 
 REACH_M = 560.0
 USES = ("buildings", "park", "plaza", "car_park", "site", "island")
-FULL_DETAIL_M, SOME_DETAIL_M = 12.0, 120.0
+FULL_DETAIL_M, SOME_DETAIL_M = 5.0, 70.0
 _SLIVER_M2 = 120.0
 _NEAR_M = 235.0  # blocks whose middle is this near to the map's lie in the flights' square
 # Smallest and largest area of what is not built over [m2]; more than that is cut off and built.
