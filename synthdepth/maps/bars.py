@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, geometry, tube
+from synthdepth.maps.geometry import Geometry, cross, geometry, tube
 
 # Faces of a box given as two rings of four corners, counter-clockwise seen from the second.
 BOX_FACES = np.array(
@@ -25,10 +25,10 @@ def beams(start, end, width_m, height_m, tint=(1.0, 1.0, 1.0)) -> Geometry:
     k = len(a)
     length = np.linalg.norm(b - a, axis=1)
     along = (b - a) / length[:, None]
-    flat = np.cross(along, [0, 0, 1.0])
+    flat = cross(along, [0, 0, 1.0])
     size = np.linalg.norm(flat, axis=1, keepdims=True)
     flat = np.where(size > 1e-6, flat / np.maximum(size, 1e-6), [1.0, 0, 0])
-    up = np.cross(flat, along)
+    up = cross(flat, along)
     w = np.broadcast_to(np.asarray(width_m, np.float64), k)[:, None] / 2 * flat
     h = np.broadcast_to(np.asarray(height_m, np.float64), k)[:, None] / 2 * up
     ring = np.stack([-w - h, w - h, w + h, -w + h], axis=1)
@@ -64,9 +64,9 @@ def round_bars(start, end, radius_m: float, tint=(1.0, 1.0, 1.0), sides: int = 6
     length = np.linalg.norm(along, axis=1, keepdims=True)
     # Any direction across the rod will do; two candidates, so that one is never along it.
     across = np.where(np.abs(along[:, 2:]) > 0.7 * length, [1.0, 0, 0], [0, 0, 1.0])
-    side = np.cross(along, across)
+    side = cross(along, across)
     side /= np.linalg.norm(side, axis=1, keepdims=True)
-    other = np.cross(along, side) / length
+    other = cross(along, side) / length
     v = np.einsum("kij,nj->kni", np.stack([side, other, along], -1), unit.vertices) + a[:, None]
     uv = np.repeat(unit.uv[None], k, axis=0)
     uv[..., 1] *= length

@@ -48,13 +48,28 @@ class Geometry:
 Model = Mapping[tuple[str, str], Geometry]
 
 
+def cross(a, b) -> np.ndarray:
+    """Cross products (..., 3) of vectors (..., 3).
+
+    `np.cross` spends longer on its arguments than on a few hundred products.
+    """
+    a, b = np.asarray(a), np.asarray(b)
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    first = y * w - z * v
+    out = np.empty((*first.shape, 3), first.dtype)
+    out[..., 0], out[..., 1], out[..., 2] = first, z * u - x * w, x * v - y * u
+    return out
+
+
 def geometry(vertices, faces, uv=None, tint=(1.0, 1.0, 1.0)) -> Geometry:
     """A `Geometry` from anything array-like; `uv` defaults to x, y and `tint` is broadcast."""
     v = np.ascontiguousarray(vertices, np.float32).reshape(-1, 3)
     f = np.ascontiguousarray(faces, np.int32).reshape(-1, 3)
     t = v[:, :2] if uv is None else np.asarray(uv, np.float32).reshape(-1, 2)
-    c = np.broadcast_to(np.asarray(tint, np.float32), (len(v), 3))
-    return Geometry(v, f, np.ascontiguousarray(t), np.ascontiguousarray(c))
+    c = np.empty((len(v), 3), np.float32)
+    c[:] = tint
+    return Geometry(v, f, np.ascontiguousarray(t), c)
 
 
 def join(parts: Iterable[Geometry]) -> Geometry:
@@ -102,21 +117,25 @@ def copies(part: Geometry, position, *, rotation=None, scale=1.0, tint=None) -> 
     position = np.asarray(position, np.float32).reshape(-1, 3)
     k, n = len(position), len(part.vertices)
     scale = np.asarray(scale, np.float32)
-    scale = np.broadcast_to(scale[:, None] if scale.ndim == 1 else scale, (k, 3))
-    v = part.vertices[None] * scale[:, None, :]
+    v = part.vertices[None]
+    if scale.ndim or scale != 1:
+        scale = np.broadcast_to(scale[:, None] if scale.ndim == 1 else scale, (k, 3))
+        v = v * scale[:, None, :]
     if rotation is not None:
         v = v @ np.asarray(rotation, np.float32).transpose(0, 2, 1)
     v = v + position[:, None, :]
     f = part.faces[None] + (np.arange(k, dtype=np.int32) * np.int32(n))[:, None, None]
-    c = np.broadcast_to(part.tint[None], (k, n, 3))
+    c = np.empty((k, n, 3), np.float32)
+    c[:] = part.tint
     if tint is not None:
-        c = c * np.asarray(tint, np.float32).reshape(k, 1, 3)
-    uv = np.broadcast_to(part.uv[None], (k, n, 2))
+        c *= np.asarray(tint, np.float32).reshape(k, 1, 3)
+    uv = np.empty((k, n, 2), np.float32)
+    uv[:] = part.uv
     return Geometry(
         np.ascontiguousarray(v.reshape(-1, 3), np.float32),
         f.reshape(-1, 3).astype(np.int32),
-        np.ascontiguousarray(uv.reshape(-1, 2)),
-        np.ascontiguousarray(c.reshape(-1, 3), np.float32),
+        uv.reshape(-1, 2),
+        c.reshape(-1, 3),
     )
 
 
@@ -141,15 +160,14 @@ def quads(corners, tint=(1.0, 1.0, 1.0), uv_origin=(0.0, 0.0)) -> Geometry:
     k = len(p)
     width = np.linalg.norm(p[:, 1] - p[:, 0], axis=1)
     height = np.linalg.norm(p[:, 3] - p[:, 0], axis=1)
-    o = np.zeros(k)
-    uv = (
-        np.stack([np.stack([o, width, width, o], 1), np.stack([o, o, height, height], 1)], axis=-1)
-        + np.broadcast_to(np.asarray(uv_origin, np.float64), (k, 2))[:, None]
-    )
-    first = 4 * np.arange(k)[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]], axis=1)
-    c = np.repeat(np.broadcast_to(np.asarray(tint, np.float32), (k, 3)), 4, axis=0)
-    return geometry(p, faces, uv, c)
+    uv = np.zeros((k, 4, 2))
+    uv[:, 1:3, 0] = width[:, None]
+    uv[:, 2:, 1] = height[:, None]
+    uv += np.asarray(uv_origin, np.float64)[..., None, :]
+    faces = 4 * np.arange(k)[:, None] + [0, 1, 2, 0, 2, 3]
+    c = np.empty((k, 4, 3), np.float32)
+    c[:] = np.asarray(tint, np.float32)[..., None, :]
+    return geometry(p, faces, uv, c.reshape(-1, 3))
 
 
 def box(size, base=(0.0, 0.0, 0.0), tint=(1.0, 1.0, 1.0)) -> Geometry:
@@ -180,9 +198,9 @@ def tube(path, radius, sides: int = 6, tint=(1.0, 1.0, 1.0), capped: bool = True
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     # A fixed reference, not a Frenet frame, which flips where a path is straight.
     reference = np.eye(3)[np.argmin(np.abs(along).max(axis=0))]
-    a = np.cross(along, reference)
+    a = cross(along, reference)
     a /= np.linalg.norm(a, axis=1, keepdims=True)
-    b = np.cross(along, a)
+    b = cross(along, a)
     turn = 2 * np.pi * np.arange(sides + 1) / sides
     ring = np.cos(turn)[None, :, None] * a[:, None] + np.sin(turn)[None, :, None] * b[:, None]
     v = (p[:, None] + r[:, None, None] * ring).reshape(-1, 3)
@@ -205,7 +223,7 @@ def tube(path, radius, sides: int = 6, tint=(1.0, 1.0, 1.0), capped: bool = True
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area-weighted unit vertex normals (n, 3) float32; +Z where a vertex has no area."""
     tri = vertices[faces].astype(np.float64)
-    face = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
+    face = cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     normals = np.stack(
         [
             np.bincount(faces.ravel(), np.repeat(face[:, axis], 3), minlength=len(vertices))

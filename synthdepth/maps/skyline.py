@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from synthdepth.maps.bars import beams
-from synthdepth.maps.geometry import Model, geometry, merge, quads, yaw_matrix
+from synthdepth.maps.geometry import Model, cross, geometry, merge, quads, yaw_matrix
 from synthdepth.maps.materials.arena import FAR_BAY_M
 
 _FOUNDATION_M = 9.6  # walls go on below the ground, which may slope
@@ -157,7 +157,7 @@ def _windows(rng: np.random.Generator, blocks: _Blocks, each: int) -> Model:
     """Some panes a block, of glass, over the painted ones: they glint, and shine at night."""
     walls = _walls(blocks)
     wide = np.linalg.norm(walls[:, 1] - walls[:, 0], axis=1)
-    outward = np.cross(walls[:, 1] - walls[:, 0], [0, 0, 1.0])
+    outward = cross(walls[:, 1] - walls[:, 0], [0, 0, 1.0])
     seen = np.einsum("ni,ni->n", outward, walls[:, :2].mean(axis=1)) < 0
     number = np.repeat(np.flatnonzero(seen), each // 2)
     wall, wide = walls[number], wide[number]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from scipy import ndimage
 
-from synthdepth.maps.geometry import Geometry, Model, geometry, join
+from synthdepth.maps.geometry import Geometry, Model, cross, geometry, join
 
 HILL_CELL_M = 100.0
 HILL_FOOT_M = (850.0, 2300.0)  # distances between which the hills take over from the plain
@@ -160,7 +160,7 @@ def outskirts(terrain: Terrain, *, edge_step_m: float = 15.625, rings: int = 56)
     # Slopes turned away from the map share no vertices with those that face it: a normal averaged
     # across a crest would point away from the viewer of its near side, who would see it black.
     corner = vertices[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     hidden = np.einsum("ni,ni->n", corner.mean(axis=1) - [0, 0, 40.0], normal) > 0
     return {
         ("grass", "ground"): _part(vertices, faces[~wooded], tint),

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, geometry, join
+from synthdepth.maps.geometry import Geometry, cross, geometry, join
 from synthdepth.maps.materials.catalogue import bake_materials
 from synthdepth.maps.materials.textures import encode
 from synthdepth.maps.world import Material, World
@@ -90,7 +90,7 @@ def _puddles(rng: np.random.Generator, world: World, wetness: float) -> Surfaces
         if label in ("road", "pavement")
     ]
     tri = np.concatenate([*corners, np.zeros((0, 3, 3), np.float32)]).astype(np.float64)
-    normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
+    normal = cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     area = np.linalg.norm(normal, axis=1) / 2
     middle = tri.mean(axis=1)[:, :2]
     # Water stays where it is level, and nobody looks under bridges.
@@ -107,7 +107,7 @@ def _puddles(rng: np.random.Generator, world: World, wetness: float) -> Surfaces
     centre = np.einsum("kc,kcx->kx", weights, tri[chosen])
     # Each lies in the plane of the face under it; a blob of a few harmonics.
     edge = tri[chosen, 1] - tri[chosen, 0]
-    plane = np.cross(edge, tri[chosen, 2] - tri[chosen, 0])
+    plane = cross(edge, tri[chosen, 2] - tri[chosen, 0])
     slope = -plane[:, :2] / plane[:, 2:]
     turn = 2 * np.pi * np.arange(_PUDDLE_CORNERS) / _PUDDLE_CORNERS
     radius = np.exp(rng.uniform(*np.log(_PUDDLE_RADIUS_M), count))

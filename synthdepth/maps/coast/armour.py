@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from synthdepth.maps.geometry import Geometry, Model, copies, geometry, join, tube
+from synthdepth.maps.geometry import Geometry, Model, copies, cross, geometry, join, tube
 from synthdepth.maps.materials.coast import COAST_MEAN
 
 _WET = np.array([0.34, 0.37, 0.3])  # times the dry reflectance
@@ -20,7 +20,7 @@ def _quarried(rng: np.random.Generator, points: int = 26) -> Geometry:
     p *= rng.uniform([0.5, 0.42, 0.34], [0.66, 0.56, 0.48]) / np.abs(p).max(axis=0)
     hull = ConvexHull(p)
     tri = p[hull.simplices]
-    normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
+    normal = cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
     tri[inward] = tri[inward][:, ::-1]
     keep = np.linalg.norm(normal, axis=1) > 1e-3

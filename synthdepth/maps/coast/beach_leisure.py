@@ -10,6 +10,7 @@ from synthdepth.maps.geometry import (
     Model,
     box,
     copies,
+    cross,
     join,
     merge,
     quads,
@@ -211,7 +212,7 @@ def lounger(rng: np.random.Generator) -> Model:
         (hinge + [-0.01, 0, 0.04], head + [-0.02, 0, 0.03]),
     ):
         along = (b - a) / np.linalg.norm(b - a)
-        up_n = np.cross(along, [0, 1.0, 0])
+        up_n = cross(along, [0, 1.0, 0])
         pad = beams([a + up_n * 0.02], [b + up_n * 0.02], 0.54, 0.05)
         fabric.append(pad)
     return {

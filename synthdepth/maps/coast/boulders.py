@@ -6,7 +6,16 @@ from scipy.spatial import ConvexHull
 from synthdepth.maps.coast.land import Stone, rock_tint
 from synthdepth.maps.coast.shore import Field, smooth
 from synthdepth.maps.coast.terrain import HALF_M, Ground, grid_faces
-from synthdepth.maps.geometry import Geometry, Model, copies, geometry, join, merge, yaw_matrix
+from synthdepth.maps.geometry import (
+    Geometry,
+    Model,
+    copies,
+    cross,
+    geometry,
+    join,
+    merge,
+    yaw_matrix,
+)
 from synthdepth.maps.placement import distance_to
 
 ROCK = ("rock", "ground")
@@ -14,7 +23,7 @@ ROCK = ("rock", "ground")
 
 def _boxed(triangles: np.ndarray) -> Geometry:
     """Facets (m, 3, 3) with texture coordinates along the two axes that each faces least."""
-    normal = np.abs(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
+    normal = np.abs(cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
     axis = normal.argmax(axis=1)
     across = np.where(axis == 0, 1, 0)
     up = np.where(axis == 2, 1, 2)
@@ -31,7 +40,7 @@ def _hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     hull = ConvexHull(points)
     faces = hull.simplices.copy()
     corner = points[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
     faces[inward] = faces[inward][:, ::-1]
     return points, faces
@@ -181,9 +190,7 @@ def stack(
 
 def _whole(vertices, faces, uv, tint) -> Geometry:
     corner = vertices[faces]
-    area = np.linalg.norm(
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
-    )
+    area = np.linalg.norm(cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
     used, index = np.unique(faces[area > 1e-6], return_inverse=True)
     return geometry(vertices[used], index.reshape(-1, 3), uv[used], tint[used])
 

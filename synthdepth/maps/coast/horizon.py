@@ -6,7 +6,7 @@ from synthdepth.maps.coast.boats import boat
 from synthdepth.maps.coast.land import Stone, rock_tint
 from synthdepth.maps.coast.shore import Shore, smooth
 from synthdepth.maps.coast.terrain import grid_faces
-from synthdepth.maps.geometry import Model, geometry, merge, place
+from synthdepth.maps.geometry import Model, cross, geometry, merge, place
 
 
 def _island(rng: np.random.Generator, shore: Shore, stone: Stone, at: np.ndarray) -> Model:
@@ -38,7 +38,7 @@ def _island(rng: np.random.Generator, shore: Shore, stone: Stone, at: np.ndarray
     vertices = np.stack([s, t, z], -1).reshape(-1, 3)
     faces = grid_faces(out, around + 1).reshape(-1, 3)
     corner = vertices[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.linalg.norm(normal, axis=1)
     faces, normal, corner = faces[area > 1e-3], normal[area > 1e-3], corner[area > 1e-3]
     steep = np.hypot(normal[:, 0], normal[:, 1]) > 0.9 * np.abs(normal[:, 2])

@@ -14,7 +14,7 @@ from synthdepth.maps.coast.terrain import (
     perimeter,
     rings,
 )
-from synthdepth.maps.geometry import Geometry, Model, geometry, join, merge
+from synthdepth.maps.geometry import Geometry, Model, cross, geometry, join, merge
 from synthdepth.maps.materials.coast import COAST_MEAN
 
 DROWNED_M = -2.4  # below this the water hides the bed
@@ -265,7 +265,7 @@ def _outer(ground: Ground, stone: Stone) -> Model:
     vertices = np.column_stack([shore.to_world(at_s, at_t), z])
     faces = faces[z[faces].max(axis=1) > DROWNED_M]
     corner = vertices[faces].astype(np.float64)
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     steep = np.hypot(normal[:, 0], normal[:, 1]) / np.maximum(normal[:, 2], 1e-9)
     middle_s, middle_t = at_s[faces].mean(axis=1), at_t[faces].mean(axis=1)
     cover = _cover(ground, stone, middle_s, middle_t, z[faces].mean(axis=1), steep)

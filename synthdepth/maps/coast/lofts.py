@@ -3,7 +3,7 @@
 import numpy as np
 
 from synthdepth.maps.bars import round_bars
-from synthdepth.maps.geometry import Geometry, geometry, join, quads, tube
+from synthdepth.maps.geometry import Geometry, cross, geometry, join, quads, tube
 
 ROPE = (0.32, 0.27, 0.18)
 STEEL = (0.34, 0.35, 0.36)
@@ -29,9 +29,7 @@ def sheet(points, tint=(1.0, 1.0, 1.0)) -> Geometry:
     faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
     flat = p.reshape(-1, 3)
     corner = flat[faces]
-    area = np.linalg.norm(
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
-    )
+    area = np.linalg.norm(cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
     return geometry(flat, faces[area > _NO_AREA_M2], np.stack([u, v], -1), tint)
 
 
@@ -150,6 +148,6 @@ def pane(corners, shares, offset_m: float = 0.008) -> Geometry:
     def at(u: float, v: float) -> np.ndarray:
         return (1 - v) * ((1 - u) * p[0] + u * p[1]) + v * ((1 - u) * p[3] + u * p[2])
 
-    normal = np.cross(p[1] - p[0], p[3] - p[0])
+    normal = cross(p[1] - p[0], p[3] - p[0])
     normal *= offset_m / np.linalg.norm(normal)
     return quads(np.stack([at(u0, v0), at(u1, v0), at(u1, v1), at(u0, v1)])[None] + normal)

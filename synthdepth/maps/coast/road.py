@@ -9,7 +9,7 @@ from synthdepth.maps.coast.terrain import HALF_M, ROAD_WIDTH_M, Ground
 from synthdepth.maps.furniture.fences import fence
 from synthdepth.maps.furniture.poles import catenary, utility_line, wires
 from synthdepth.maps.furniture.signs import signs, street_lamps
-from synthdepth.maps.geometry import Geometry, Model, geometry, join, merge, quads
+from synthdepth.maps.geometry import Geometry, Model, cross, geometry, join, merge, quads
 from synthdepth.maps.placement import distance_to, draped_line, on_ground
 from synthdepth.maps.vehicles.vehicle import park
 
@@ -102,7 +102,7 @@ def drives(roadside: Roadside, ground: Ground) -> Model:
             quad = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], -1).reshape(-1, 4)
             faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
             corner = p[faces]
-            turned = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] < 0
+            turned = cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] < 0
             faces[turned] = faces[turned][:, ::-1]
             parts.append(geometry(p, faces))
     return {("paving", "pavement"): join(parts)} if parts else {}

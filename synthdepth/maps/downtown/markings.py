@@ -8,7 +8,7 @@ import numpy as np
 from synthdepth.maps.downtown.grid import PARKING_M, Grid
 from synthdepth.maps.downtown.kerbside import BAY_M, BUS_BOX_M, CROSSING_M, Kerbside
 from synthdepth.maps.furniture.posters import lettering
-from synthdepth.maps.geometry import Model, geometry, join, quads
+from synthdepth.maps.geometry import Model, cross, geometry, join, quads
 from synthdepth.maps.streets.markings import ZEBRA_M
 
 PATCH_LIFT_M, SEAL_LIFT_M, PAINT_LIFT_M = 0.006, 0.011, 0.016
@@ -295,7 +295,7 @@ def _upward(corners: np.ndarray, z_m: float, tint) -> Model:
     z = np.full((*corners.shape[:2], 1), z_m)
     part = quads(np.concatenate([corners, z], 2), tint)
     tri = part.triangles.astype(float)
-    area = np.linalg.norm(np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]), axis=1)
+    area = np.linalg.norm(cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]), axis=1)
     return geometry(part.vertices, part.faces[area > 1e-5], part.vertices[:, :2], part.tint)
 
 

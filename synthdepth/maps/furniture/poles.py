@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, box, copies, geometry, join, tube, yaw_matrix
+from synthdepth.maps.geometry import Geometry, box, copies, cross, geometry, join, tube, yaw_matrix
 
 Surfaces = dict[tuple[str, str], Geometry]
 
@@ -34,10 +34,10 @@ def wires(points: np.ndarray, radius_m: float, tint, sides: int = 3) -> Geometry
     """Tubes along k polylines of equal length: `points` (k, n, 3) [m]; open ends."""
     k, n = points.shape[:2]
     along = points[:, -1] - points[:, 0]
-    flat = np.cross(along, [0, 0, 1.0])
+    flat = cross(along, [0, 0, 1.0])
     flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, [1.0, 0, 0])
     flat /= np.linalg.norm(flat, axis=1, keepdims=True)
-    up = np.cross(flat, along)
+    up = cross(flat, along)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
     turn = 2 * np.pi * np.arange(sides + 1) / sides
     ring = np.cos(turn)[:, None] * flat[:, None] - np.sin(turn)[:, None] * up[:, None]

@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry
+from synthdepth.maps.geometry import Geometry, cross
 
 # Corners of the six faces of a box, 0 = low and 1 = high, seen from outside counter-clockwise;
 # sides first (their first edge is level), then top and bottom.
@@ -26,15 +26,6 @@ _BOX = np.array(
 _BURIED = 0.55
 
 Key = tuple[str, str]
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    # np.cross spends longer on its arguments than on a few hundred products.
-    out = np.empty_like(a)
-    out[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
-    out[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
-    out[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return out
 
 
 class Facets:
@@ -100,19 +91,19 @@ class Facets:
             return {}
         ids, tints, p = self._collected()
         along = p[:, 1] - p[:, 0]
-        normal = _cross(along, p[:, 2] - p[:, 0])
+        normal = cross(along, p[:, 2] - p[:, 0])
         area = np.sqrt((normal * normal).sum(1))
         keep = area > 1e-7
         order = np.flatnonzero(keep)[np.argsort(ids[keep], kind="stable")]
         p, along, normal = p[order], along[order], normal[order]
         along /= np.sqrt((along * along).sum(1))[:, None]
-        up = _cross(normal, along) / area[order, None]
+        up = cross(normal, along) / area[order, None]
         uv = np.empty((len(p), 4, 2), np.float32)
         uv[..., 0] = np.einsum("kcx,kx->kc", p, along)
         uv[..., 1] = np.einsum("kcx,kx->kc", p, up)
         shade = np.where(p[..., 2] < -0.02, _BURIED, 1.0)
         tint = (tints[order][:, None] * shade[..., None]).astype(np.float32)
-        second = _cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 0])
+        second = cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 0])
         is_quad = (second * second).sum(1) > 1e-14
         p = p.astype(np.float32)
         stops = np.cumsum(np.bincount(ids[order], minlength=len(self._ids)))

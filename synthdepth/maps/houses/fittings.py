@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synthdepth.maps.geometry import cross
 from synthdepth.maps.houses.facets import Facets, add_column
 from synthdepth.maps.houses.plan import swallowed
 from synthdepth.maps.houses.roofs import roof_height
@@ -105,9 +106,9 @@ def _dish(facets: Facets, x, y, z) -> None:
     turn = 2 * np.pi * np.arange(9) / 8
     face = np.array([-0.6, 0.55, 0.58])
     face /= np.linalg.norm(face)
-    u = np.cross([0, 0, 1.0], face)
+    u = cross([0, 0, 1.0], face)
     u /= np.linalg.norm(u)
-    v = np.cross(face, u)
+    v = cross(face, u)
     centre = np.array([x, y, z + 0.6]) + 0.08 * face
     rim = centre + 0.35 * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
     back = np.broadcast_to(centre - 0.1 * face, (8, 3))

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from synthdepth.maps.geometry import cross
 from synthdepth.maps.houses.facets import Facets
 
 # Top of the covering above the wall plate, and height of fascia and rake boards [m]: the boards
@@ -295,7 +296,7 @@ def _seams(facets, key, tint, slopes, spacing_m=0.6) -> None:
     """Standing seams: triangular ribs 5 cm high up each slope."""
     for a, b, _, d in np.asarray(slopes):
         length = np.linalg.norm(b - a)
-        u, n = (b - a) / length, np.cross(b - a, d - a)
+        u, n = (b - a) / length, cross(b - a, d - a)
         n /= np.linalg.norm(n)
         s = np.arange(spacing_m / 2, length - 0.1, spacing_m)[:, None] * u
         foot, head = a + s, d + s

@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 
 from synthdepth.maps.bars import beams, round_bars
-from synthdepth.maps.geometry import Geometry, Model, copies, geometry, join, quads, tube
+from synthdepth.maps.geometry import Geometry, Model, copies, cross, geometry, join, quads, tube
 
 NET = ("fabric", "barrier")
 FRAME = ("paint", "obstacle")
@@ -153,7 +153,7 @@ def ball_stop(
     for i in range(len(at) - 1):
         low_a, low_b = foot[i] + [0, 0, 0.14], foot[i + 1] + [0, 0, 0.14]
         high_a, high_b = head[i] - [0, 0, 0.1], head[i + 1] - [0, 0, 0.1]
-        normal = np.cross(low_b - low_a, [0, 0, 1.0])
+        normal = cross(low_b - low_a, [0, 0, 1.0])
         blow = rng.normal(0, 0.1) * normal / np.linalg.norm(normal)
         nets.append(netting([low_a, low_b, high_b, high_a], mesh_m, 0.004, blow, cord, 3))
         span = np.linalg.norm(high_b - high_a)

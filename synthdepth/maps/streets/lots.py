@@ -200,6 +200,11 @@ def _largest_part(polygons: np.ndarray) -> np.ndarray:
     return np.where(shapely.get_type_id(chosen) == 3, chosen, shapely.Polygon())
 
 
+# Of the coordinates that overlays are rounded to: without, lots that share an edge to rounding
+# make them fail.
+_GRID_M = 1e-4
+
+
 def _without_overlaps(polygons: np.ndarray, priority: np.ndarray) -> np.ndarray:
     """Each polygon less the overlapping ones of higher priority."""
     order = np.lexsort([np.arange(len(polygons)), -priority])
@@ -208,9 +213,11 @@ def _without_overlaps(polygons: np.ndarray, priority: np.ndarray) -> np.ndarray:
     polygons = polygons.copy()
     i, j = shapely.STRtree(polygons).query(polygons, predicate="intersects")
     pairs = np.stack([i, j], 1)[rank[i] > rank[j]]
-    overlap = shapely.area(shapely.intersection(polygons[pairs[:, 0]], polygons[pairs[:, 1]]))
+    overlap = shapely.area(
+        shapely.intersection(polygons[pairs[:, 0]], polygons[pairs[:, 1]], grid_size=_GRID_M)
+    )
     for cut, by in pairs[overlap > 1e-6]:
-        polygons[cut] = shapely.difference(polygons[cut], polygons[by])
+        polygons[cut] = shapely.difference(polygons[cut], polygons[by], grid_size=_GRID_M)
     return _largest_part(polygons)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, Model, geometry, join
+from synthdepth.maps.geometry import Geometry, Model, cross, geometry, join
 
 Key = tuple[str, str]
 
@@ -258,9 +258,9 @@ def _rods(a: np.ndarray, b: np.ndarray, row: np.ndarray, sides: int) -> Geometry
     along = b - a
     length = np.linalg.norm(along, axis=1, keepdims=True)
     across = np.where(np.abs(along[:, 2:]) > 0.7 * length, [1.0, 0, 0], [0, 0, 1.0])
-    u = np.cross(along, across)
+    u = cross(along, across)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
-    v = np.cross(along / length, u)
+    v = cross(along / length, u)
     turn = 2 * np.pi * np.arange(sides) / sides
     radius = row[:, 3, None, None]
     rim = radius * (np.cos(turn)[:, None] * u[:, None] + np.sin(turn)[:, None] * v[:, None])

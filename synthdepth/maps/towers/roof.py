@@ -39,10 +39,10 @@ class Roof:
     def world(self, s, n, z) -> np.ndarray:
         """Points of the frame as (..., 3) world coordinates, z above the roof."""
         dx, dy = self.axis
-        s, n, z = np.broadcast_arrays(*(np.asarray(a, np.float64) for a in (s, n, z)))
-        return np.stack(
-            [self.middle[0] + s * dx + n * dy, self.middle[1] + s * dy - n * dx, self.z + z], -1
-        )
+        x, y = self.middle[0] + s * dx + n * dy, self.middle[1] + s * dy - n * dx
+        out = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(z)), 3))
+        out[..., 0], out[..., 1], out[..., 2] = x, y, self.z + np.asarray(z)
+        return out
 
     def spot(self, rng: np.random.Generator, size, apart_m: float = 0.5, edge_m: float = 1.1):
         """Middle (s, n) of free room for a rectangle of `size` (2,) [m], or none."""

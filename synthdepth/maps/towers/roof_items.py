@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.geometry import geometry, tube
+from synthdepth.maps.geometry import cross, geometry, tube
 from synthdepth.maps.materials.city import POSTER_COLUMNS, POSTER_M, POSTER_ROWS
 from synthdepth.maps.towers.panels import block, quads_of, slopes
 from synthdepth.maps.towers.roof import Roof
@@ -133,9 +133,9 @@ def dish(roof: Roof, rng: np.random.Generator) -> None:
     roof.rods(_METAL, (0.8, 0.8, 0.8), (*at, -0.02), (*at, 0.9), 0.04, 6)
     turn = 2 * np.pi * np.arange(12) / 12
     face = np.array([0.55, 0.5, 0.65]) / np.linalg.norm([0.55, 0.5, 0.65])
-    u = np.cross([0, 0, 1.0], face)
+    u = cross([0, 0, 1.0], face)
     u /= np.linalg.norm(u)
-    v = np.cross(face, u)
+    v = cross(face, u)
     centre = roof.world(*at, 0.95) + 0.1 * face
     rim = centre + radius * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
     back = centre - 0.3 * radius * face

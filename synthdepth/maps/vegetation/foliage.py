@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, geometry
+from synthdepth.maps.geometry import Geometry, cross, geometry
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -34,8 +34,8 @@ def clumps(centre, along, normal, length_m, width_m, tint, skew=0.0, fold=0.35) 
     """
     centre = np.asarray(centre, np.float64)
     a = unit(np.asarray(along, np.float64))
-    s = unit(np.cross(normal, a))
-    n = np.cross(a, s)
+    s = unit(cross(normal, a))
+    n = cross(a, s)
     k = len(centre)
     half = (np.broadcast_to(length_m, k) / 2)[:, None]
     wide = (np.broadcast_to(width_m, k) / 2)[:, None]
@@ -89,8 +89,8 @@ def tapers(path, radius_m, sides: int, tint) -> Geometry:
     forward = unit(np.gradient(p, axis=1))
     # One reference axis a branch: a Frenet frame would flip where it is straight.
     reference = np.eye(3)[np.argmin(np.abs(forward).max(axis=1), axis=1)]
-    x = unit(np.cross(forward, reference[:, None]))
-    y = np.cross(forward, x)
+    x = unit(cross(forward, reference[:, None]))
+    y = cross(forward, x)
     turn = 2 * np.pi * np.arange(sides) / sides
     ring = np.cos(turn)[:, None] * x[:, :-1, None] + np.sin(turn)[:, None] * y[:, :-1, None]
     rings = p[:, :-1, None] + r[..., None, None] * ring

@@ -8,6 +8,7 @@ import dataclasses
 
 import numpy as np
 
+from synthdepth.maps.geometry import cross
 from synthdepth.maps.vegetation.foliage import arcs, directions, unit
 from synthdepth.maps.vegetation.species import Species, Tree, species_named
 from synthdepth.seeding import lane
@@ -288,7 +289,7 @@ def _fronds(rng: np.random.Generator, tree: Tree, kind: Species, trunk: Wood):
     along = unit(0.75 * ahead + across * hand - [0, 0, 0.35] + 0.12 * directions(rng, k))
     size = np.sin(np.pi * (0.12 + 0.8 * t)) ** 0.7 * (0.75 + 0.05 * tree.crown_radius_m)
     centre = on + 0.45 * (kind.clump_m[0] * size)[:, None] * along
-    normal = unit(np.cross(ahead, across) + 0.3 * directions(rng, k))
+    normal = unit(cross(ahead, across) + 0.3 * directions(rng, k))
     normal *= np.where(normal[:, 2:] < 0, -1, 1)
     lit = np.where(age[owner] < 0.3, 1.05, 1 - 0.35 * age[owner])
     crown = _crown(rng, tree, kind, centre, along, normal, lit, owner, size)

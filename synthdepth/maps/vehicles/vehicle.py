@@ -10,7 +10,7 @@ import itertools
 
 import numpy as np
 
-from synthdepth.maps.geometry import Geometry, Model, box, copies, geometry, join, yaw_matrix
+from synthdepth.maps.geometry import Geometry, Model, box, copies, cross, geometry, join, yaw_matrix
 from synthdepth.maps.vehicles.bodies import BODIES, Body
 
 __all__ = ["BODIES", "Vehicle", "draw_vehicle", "park", "vehicle"]
@@ -122,7 +122,7 @@ def _grid(points: np.ndarray, kinds: np.ndarray, out: dict[str, list[Geometry]])
         faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
         corner = flat[faces]
         area = np.linalg.norm(
-            np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+            cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
         )
         faces = faces[area > 2e-6]
         used, faces = np.unique(faces, return_inverse=True)
