@@ -64,6 +64,23 @@ def test_jpeg_costs_little_at_high_quality_and_more_at_low():
     assert loss(20) > 2 * loss(98)
 
 
+def test_a_picture_style_deepens_contrast_and_colour_and_keeps_greys_grey():
+    ramp = np.linspace(0, 0.6, 256, dtype=np.float32)[None, :, None] * np.ones((8, 256, 3), "f4")
+    flat = expose(lane(0), ramp, 1.0, IDEAL).astype(int)
+    styled = expose(lane(0), ramp, 1.0, dataclasses.replace(IDEAL, contrast=0.4)).astype(int)
+    assert (styled == styled[..., :1]).all()
+    assert (np.diff(styled[0, :, 0]) >= 0).all()
+    middle = np.abs(flat[0, :, 0] - 127.5) < 12
+    slope = np.polyfit(flat[0, middle, 0], styled[0, middle, 0], 1)[0]
+    assert slope == pytest.approx(1.4, abs=0.05)
+
+    colour = np.full((4, 4, 3), [0.3, 0.2, 0.1], np.float32)
+    vivid = linear(expose(lane(0), colour, 1.0, dataclasses.replace(IDEAL, saturation=1.5)))
+    luminance = [0.2126, 0.7152, 0.0722]
+    assert vivid[0, 0] @ luminance == pytest.approx(colour[0, 0] @ luminance, rel=0.02)
+    assert np.ptp(vivid[0, 0]) == pytest.approx(1.5 * 0.2, rel=0.02)
+
+
 def test_nights_are_noisier_and_longer():
     ranges = SensorRanges()
     for seed in range(20):

@@ -58,6 +58,8 @@ META_FIELDS = {
     "exposure": float,
     "shutter_s": float,
     "white_electrons": float,
+    "contrast": float,
+    "saturation": float,
     "jpeg_quality": int,
 }
 

@@ -286,6 +286,8 @@ def _sensor_meta(sensor: Sensor, exposure: float) -> dict:
         "exposure": exposure * float(sensor.gain[1]),
         "shutter_s": sensor.shutter_s,
         "white_electrons": 0.0 if ideal else sensor.electrons,
+        "contrast": sensor.contrast,
+        "saturation": sensor.saturation,
         "jpeg_quality": sensor.jpeg_quality or 0,
     }
 
