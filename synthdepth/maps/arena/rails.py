@@ -6,7 +6,7 @@ from synthdepth.maps.bars import beams
 from synthdepth.maps.geometry import Geometry, join
 
 
-def guard_rail(path, tint, height_m: float = 1.1, bay_m: float = 1.5) -> Geometry:
+def railing(path, tint, height_m: float = 1.1, bay_m: float = 1.5) -> Geometry:
     """Posts, a handrail and two knee rails along a polyline (k, 3) [m]."""
     p = np.asarray(path, np.float64)
     leg = np.linalg.norm(np.diff(p, axis=0), axis=1)

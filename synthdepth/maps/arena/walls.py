@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.arena.rails import guard_rail
+from synthdepth.maps.arena.rails import railing
 from synthdepth.maps.arena.solids import cuboids, wedge
 from synthdepth.maps.arena.zone import OBSTACLE, Zone, square_yaws
 from synthdepth.maps.bars import beams
@@ -98,7 +98,7 @@ def wall_maze(rng: np.random.Generator, zone: Zone) -> list[Model]:
             )  # fmt: skip
         elif zone.near and rng.random() < zone.thin:
             path = [[-length / 2 + 0.1, 0, height - 0.01], [length / 2 - 0.1, 0, height - 0.01]]
-            model["paint", "barrier"] = guard_rail(path, zone.palette.tint(rng), 1.0)
+            model["paint", "barrier"] = railing(path, zone.palette.tint(rng), 1.0)
         if rng.random() < 0.5:  # a return, which makes a corner of it
             side = rng.uniform(3, 6)
             other = place(
@@ -154,7 +154,7 @@ def ramps_and_steps(rng: np.random.Generator, zone: Zone) -> list[Model]:
             end = deck + 0.3 * (count - 1)
             path = np.array([[-run + 0.3, 0, 0.05], [0, 0, high], [deck, 0, high], [end, 0, 0.1]])
             coat = zone.palette.tint(rng)
-            rails = [guard_rail(path + [0, s * edge, 0], coat, 1.05) for s in (-1, 1)]
+            rails = [railing(path + [0, s * edge, 0], coat, 1.05) for s in (-1, 1)]
             model["paint", "barrier"] = join(rails)
             model["hazard", OBSTACLE] = cuboids(
                 [[deck - 0.1, 0, high]], (0.2, wide - 0.3, 0.006), sunk_m=0

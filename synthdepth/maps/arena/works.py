@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.arena.rails import guard_rail
+from synthdepth.maps.arena.rails import railing
 from synthdepth.maps.arena.solids import cone, cuboids, cylinder, lying, pipe, sphere
 from synthdepth.maps.arena.yard import block_rows
 from synthdepth.maps.arena.zone import OBSTACLE, Zone, square_yaws
@@ -65,7 +65,7 @@ def _ladder(r: float, high: float, tint, rng: np.random.Generator) -> Model:
         turn = np.linspace(0.15, 2 * np.pi - 0.15, 25)
         edge = max(r - 0.12, 0.1)
         path = np.column_stack([edge * np.cos(turn), edge * np.sin(turn), 0 * turn + high - 0.01])
-        parts["paint", "barrier"] = guard_rail(path, tint, 1.05)
+        parts["paint", "barrier"] = railing(path, tint, 1.05)
     return parts
 
 

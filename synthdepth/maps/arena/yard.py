@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synthdepth.maps.arena.rails import guard_rail
+from synthdepth.maps.arena.rails import railing
 from synthdepth.maps.arena.solids import cuboids
 from synthdepth.maps.arena.zone import OBSTACLE, Zone, at_ground, square_yaws
 from synthdepth.maps.bars import beams
@@ -65,7 +65,7 @@ def _roof_rail(xy, size, yaw: float, tint) -> Model:
     path = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0], [-x, -y, 0]]) + [
         0, 0, size[2] - 0.01,
     ]  # fmt: skip
-    return place({("paint", "barrier"): guard_rail(path, tint)}, [*xy, 0.0], yaw)
+    return place({("paint", "barrier"): railing(path, tint)}, [*xy, 0.0], yaw)
 
 
 def crate_piles(rng: np.random.Generator, zone: Zone) -> list[Model]:
