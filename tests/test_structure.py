@@ -22,6 +22,8 @@ LAYERS = (
     "dataset",
     "kitti",
     "airsim",
+    "pix2pix",
+    "evaluation",
     "production",
     "export",
     "view",
