@@ -45,7 +45,7 @@ class SensorRanges(Config):
     shutter_s: tuple[float, float] = span((0.0005, 0.008), 0, 0.1)
     night_shutter_s: tuple[float, float] = span((0.008, 0.02), 0, 0.1)
     contrast: tuple[float, float] = span((0.0, 0.4), 0, 0.5)
-    saturation: tuple[float, float] = span((1.0, 1.5), 0, 2)
+    saturation: tuple[float, float] = span((0.95, 1.3), 0, 2)
     jpeg_quality: tuple[float, float] = span((75, 98), 10, 100)
 
 
