@@ -1,0 +1,1 @@
+"""KITTI in its several layouts, read as samples."""
