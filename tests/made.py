@@ -6,7 +6,9 @@ import numpy as np
 
 import synthdepth
 from synthdepth.camera import Intrinsics, look_rotation, pitch_roll_deg, pose, project, unproject
-from synthdepth.dataset.manifest import write_card, write_index, write_manifest
+from synthdepth.dataset.card import write_card
+from synthdepth.dataset.croissant import write_croissant
+from synthdepth.dataset.manifest import write_index, write_manifest
 from synthdepth.dataset.pair import (
     META_FIELDS,
     SCHEMA_VERSION,
@@ -109,6 +111,7 @@ def make_dataset(
     write_manifest(folder, manifest)
     write_index(folder, manifest)
     write_card(folder, manifest)
+    write_croissant(folder, manifest)
     return folder
 
 

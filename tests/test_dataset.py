@@ -60,7 +60,7 @@ def test_it_verifies_and_is_complete(dataset, pairs):
 def test_one_worker_gives_the_same_bytes_as_two(dataset, tmp_path):
     render_dataset(recipe(), tmp_path / "one", pairs=PAIRS, workers=1)
     assert shard_hashes(tmp_path / "one") == shard_hashes(dataset)
-    for name in ("index.parquet", "README.md"):
+    for name in ("index.parquet", "README.md", "card.jpg", "croissant.json"):
         assert (tmp_path / "one" / name).read_bytes() == (dataset / name).read_bytes()
 
 

@@ -1,4 +1,4 @@
-"""`dataset.json`, `index.parquet` and the card: what a dataset folder says of itself."""
+"""`dataset.json` and `index.parquet`: what a dataset folder says of itself, for programs."""
 
 import json
 from collections.abc import Mapping
@@ -14,16 +14,14 @@ from synthdepth.errors import DatasetError
 MANIFEST = "dataset.json"
 INDEX = "index.parquet"
 CARD = "README.md"
+SHEET = "card.jpg"
+CROISSANT = "croissant.json"
+# What a finished dataset folder holds beside its shards.
+DESCRIPTIONS = (MANIFEST, INDEX, CARD, SHEET, CROISSANT)
 
 # What decides the bytes of a dataset: a run may only go on in a folder that agrees in all of it.
 IDENTITY = ("schema_version", "map", "seed", "train_share", "recipe", "software")
 
-_CARD_LINES = {
-    "flow": "`<key>.flow.exr`: channels `u`, `v` [px], where each pixel was at t-1 minus where it "
-    "is now, and `visible`.",
-    "seg": "`<key>.seg.png`: class ids; `dataset.json` names them under `labels`.",
-    "normal": "`<key>.normal.exr`: unit normals `X`, `Y`, `Z` in camera axes.",
-}
 _ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string()}
 _MATRICES = ("intrinsics", "world_from_cam", "world_from_cam_prev")
 
@@ -119,40 +117,3 @@ def read_index(folder: Path, columns: list[str] | None = None) -> pa.Table:
         raise DatasetError(f"{folder} has no {INDEX}: the run has not finished") from None
     except (OSError, pa.ArrowException) as error:
         raise DatasetError(f"{path} cannot be read: {error}") from error
-
-
-def write_card(folder: Path, manifest: Mapping) -> None:
-    """Write the dataset card: what a person who finds the folder needs to know."""
-    recipe, splits = manifest["recipe"], manifest["splits"]
-    size = recipe["camera"]
-    total = sum(splits.values())
-    shares = ", ".join(f"{count} {name}" for name, count in sorted(splits.items()))
-    card = f"""---
-task_categories: [depth-estimation]
-pretty_name: synthdepth {manifest["map"]}, seed {manifest["seed"]}
-configs:
-- config_name: default
-  data_files:
-"""
-    card += "".join(
-        f'  - {{split: {name}, path: "{name}/*.tar"}}\n' for name in sorted(splits, reverse=True)
-    )
-    more = "".join(f"* {_CARD_LINES[name]}\n" for name in recipe["render"]["modalities"])
-    card += f"""---
-
-# synthdepth: {manifest["map"]}, seed {manifest["seed"]}
-
-{total} pairs ({shares}) of drone frames with metric depth, rendered by synthdepth
-{manifest["software"]["synthdepth"]} from procedural scenes. No scene is in two splits.
-
-* `<key>.rgb.png`: frame t, {size["width"]}x{size["height"]}, 8-bit sRGB.
-* `<key>.prev.png`: frame t-1 of the same flight.
-* `<key>.depth.exr`: channel `Z`, float32 metres, planar, saturated at
-  {recipe["render"]["max_depth_m"]:g} m, sky included. OpenCV misreads it: use OpenEXR, OpenImageIO.
-* `<key>.meta.json`: intrinsics, poses (`world_from_cam`, OpenCV axes), flight, light.
-{more}
-The shards are WebDataset tar files; `index.parquet` has a row a pair with byte offsets, and
-`dataset.json` the recipe, the seeds, the software and every shard's sha256. Check the folder with
-`synthdepth verify`, look at it with `synthdepth preview`.
-"""
-    write_whole(Path(folder) / CARD, card.encode())

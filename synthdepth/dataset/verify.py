@@ -10,7 +10,7 @@ import numpy as np
 
 from synthdepth.camera import project, unproject
 from synthdepth.dataset.exr import depth_header
-from synthdepth.dataset.manifest import CARD, INDEX, MANIFEST, read_index, read_manifest
+from synthdepth.dataset.manifest import DESCRIPTIONS, INDEX, MANIFEST, read_index, read_manifest
 from synthdepth.dataset.pair import Pair, decode_pair
 from synthdepth.dataset.shard import read_members, sha256_of, shard_members
 from synthdepth.errors import DatasetError
@@ -91,7 +91,7 @@ def _folder_faults(folder: Path, manifest: Mapping) -> list[Fault]:
     if not manifest.get("complete"):
         faults.append(Fault(where=MANIFEST, what="the run has not finished: render it again"))
     listed = {record["path"] for record in manifest["shards"]}
-    expected = {MANIFEST, INDEX, CARD} | listed
+    expected = {*DESCRIPTIONS} | listed
     there = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     faults += [Fault(where=name, what="is missing") for name in sorted(expected - there)]
     faults += [Fault(where=name, what="does not belong here") for name in sorted(there - expected)]

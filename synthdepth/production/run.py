@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import synthdepth
+from synthdepth.dataset.card import write_card
+from synthdepth.dataset.croissant import write_croissant
 from synthdepth.dataset.manifest import (
-    CARD,
-    INDEX,
+    DESCRIPTIONS,
     MANIFEST,
     check_identity,
     read_manifest,
-    write_card,
     write_index,
     write_manifest,
 )
@@ -233,7 +233,7 @@ def _swept(folder: Path) -> Iterator[None]:
 
 
 def _sweep(folder: Path) -> None:
-    ours = (MANIFEST, INDEX, CARD, "train/*.tar", "test/*.tar")
+    ours = (*DESCRIPTIONS, "train/*.tar", "test/*.tar")
     for pattern in (f"{name}.*{PARTIAL}" for name in ours):
         for partial in folder.glob(pattern):
             partial.unlink(missing_ok=True)
@@ -296,8 +296,9 @@ def _save(folder: Path, manifest: dict, records: dict[str, dict]) -> None:
 
 
 def _finish(folder: Path, manifest: dict, records: dict[str, dict]) -> None:
-    """Write what is made of all shards: index and card."""
+    """Write what is made of all shards: index, card and Croissant."""
     _save(folder, manifest, records)
     final = read_manifest(folder)
     write_index(folder, final)
     write_card(folder, final)
+    write_croissant(folder, final)
