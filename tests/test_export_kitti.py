@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from synthdepth.camera import Intrinsics
+from synthdepth.dataset.folder import new_folder
 from synthdepth.errors import DatasetError
-from synthdepth.export.folder import new_folder, read_pairs, write_file
+from synthdepth.export.folder import read_pairs, write_file
 from synthdepth.export.kitti import drive_name, export_kitti
 from synthdepth.kitti.dataset import KittiDataset
 from synthdepth.kitti.png import encode_depth, read_depth

@@ -20,11 +20,17 @@ from synthdepth.maps.registry import MAPS
 
 # What is rendered belongs to whoever renders it; the card and croissant.json propose this licence.
 LICENSE, LICENSE_URL = "cc-by-4.0", "https://creativecommons.org/licenses/by/4.0/"
-LICENSE_TEXT = f"""## Licence
+_LICENSE_TEXTS = {
+    LICENSE: f"""## Licence
 
 Pictures and ground truth belong to whoever rendered them. Unless they say otherwise:
 [{LICENSE.upper()}]({LICENSE_URL}).
-"""
+""",
+    "unknown": """## Licence
+
+That of the recordings and of what they show, which they do not say.
+""",
+}
 
 _MODALITY_LINES = {
     "flow": "`flow.exr`: optical flow, channels `u`, `v` [px]: where each pixel was at *t-1*, "
@@ -50,17 +56,30 @@ def dataset_name(manifest: Mapping) -> str:
     return f"synthdepth-{manifest['map']}-seed{manifest['seed']}"
 
 
+def license_text(manifest: Mapping) -> str:
+    """The card's section on the licence."""
+    return _LICENSE_TEXTS["unknown" if "source" in manifest else LICENSE]
+
+
 def summary(manifest: Mapping) -> str:
     """What the dataset is, in a few sentences."""
     size = manifest["recipe"]["camera"]
+    if "source" in manifest:
+        made = (
+            f"imported by synthdepth {manifest['software']['synthdepth']} from recordings of AirSim"
+            ". A recording is a scene"
+        )
+    else:
+        made = (
+            f"path-traced by synthdepth {manifest['software']['synthdepth']} along simulated "
+            f"flights. The map is `{manifest['map']}`, {MAPS[manifest['map']].summary}. Every "
+            "scene is generated anew"
+        )
     splits = ", ".join(f"{count} {name}" for name, count in _counts(manifest))
     return (
         f"{sum(count for _, count in _counts(manifest))} pairs ({splits}) of consecutive drone "
         f"frames, {size['width']}x{size['height']}, with metric depth to "
-        f"{manifest['depth']['max_depth_m']:g} m, path-traced by synthdepth "
-        f"{manifest['software']['synthdepth']} along simulated flights. The map is "
-        f"`{manifest['map']}`, {MAPS[manifest['map']].summary}. Every scene is generated anew, and "
-        "no scene is in two splits."
+        f"{manifest['depth']['max_depth_m']:g} m, {made}, and no scene is in two splits."
     )
 
 
@@ -79,7 +98,7 @@ def write_card(folder: Path, manifest: Mapping) -> None:
     text += f"\n# {dataset_name(manifest)}\n\n{_wrap(summary(manifest))}\n"
     text += f"![Frames, the frames before, depth]({SHEET})\n\n"
     text += figures(read_index(folder))
-    text += f"\n{_contract(manifest)}\n{_loading(manifest, splits[0])}\n{_origin()}\n{LICENSE_TEXT}"
+    text += f"\n{_contract(manifest)}\n{_loading(manifest, splits[0])}\n{_origin(manifest)}"
     write_whole(folder / CARD, text.encode())
 
 
@@ -105,11 +124,11 @@ def hub_header(
     size = next((name for name, most in bounds.items() if pairs < most), "1M<n<10M")
     lines = [
         "---",
-        f"license: {LICENSE}",
+        f"license: {'unknown' if 'source' in manifest else LICENSE}",
         f"pretty_name: synthdepth {manifest['map']}, seed {manifest['seed']}",
         "task_categories: [depth-estimation]",
         f'size_categories: ["{size}"]',
-        "tags: [synthetic, drone, uav, path-tracing, monocular-depth, metric-depth]",
+        "tags: [synthetic, drone, uav, monocular-depth, metric-depth]",
         "configs:",
         "- config_name: default",
         "  data_files:",
@@ -190,8 +209,11 @@ def _features(manifest: Mapping) -> list[str]:
 
 def _contract(manifest: Mapping) -> str:
     modalities = manifest["recipe"]["render"]["modalities"]
-    is_ideal = manifest["recipe"]["sensor"]["model"] == "ideal"
-    sensor = "with " + ("no camera's faults" if is_ideal else "a camera's noise, blur, compression")
+    sensor = {
+        "drawn": "with a camera's noise, blur, compression",
+        "ideal": "with no camera's faults",
+        "unknown": "as the simulator gave them",
+    }[manifest["recipe"]["sensor"]["model"]]
     lines = [
         f"`rgb.png`: frame *t*; `prev.png`: frame *t-1* of the same flight. 8-bit sRGB, {sensor}.",
         "`depth.exr`: one channel, `Z`, float32 **metres**, **planar** (z in the camera's frame, "
@@ -264,11 +286,16 @@ for row in load_dataset(os.getcwd(), split="{split}", streaming=True):
 """
 
 
-def _origin() -> str:
-    return """## Where it comes from
+def _origin(manifest: Mapping) -> str:
+    if "source" in manifest:
+        notes = (f"{note[0].upper()}{note[1:]}." for note in manifest["source"]["notes"])
+        bullets = (_wrap(n, initial_indent="* ", subsequent_indent="  ") for n in notes)
+        return f"## Where it comes from\n\n{''.join(bullets)}\n{license_text(manifest)}"
+    return f"""## Where it comes from
 
 `dataset.json` holds the recipe, the seed, the versions and every shard's sha256: the same command
 gives the same bytes. `synthdepth verify` checks the folder, `synthdepth preview` shows it. All of
 it is rendered: nothing in it was photographed, nobody in it exists, and the world stands still
 within a scene. Models trained on it have to be measured on real frames.
-"""
+
+{license_text(manifest)}"""

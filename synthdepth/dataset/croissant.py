@@ -99,14 +99,14 @@ def croissant(manifest: Mapping, index_sha256: str) -> dict:
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "name": name,
         "description": summary(manifest),
-        "license": LICENSE_URL,
+        "license": "unknown" if "source" in manifest else LICENSE_URL,
         "url": "README.md",
         "creator": {"@type": "sc:Organization", "name": "synthdepth"},
         "datePublished": PUBLISHED,
         "version": f"{manifest['schema_version']}.0.0",
-        "citeAs": f"@misc{{{name}, title = {{{name}: path-traced drone frames with metric depth}}, "
-        f"note = {{rendered with synthdepth {version}}}, year = {{{PUBLISHED[:4]}}}}}",
-        "keywords": ["depth estimation", "synthetic data", "drone", "path tracing"],
+        "citeAs": f"@misc{{{name}, title = {{{name}: drone frames with metric depth}}, "
+        f"note = {{made with synthdepth {version}}}, year = {{{PUBLISHED[:4]}}}}}",
+        "keywords": ["depth estimation", "synthetic data", "drone"],
         "distribution": [
             _file_object(INDEX, "application/x-parquet", index_sha256),
             *(

@@ -13,7 +13,7 @@ pyarrow alone.
 import dataclasses
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,19 +22,20 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from synthdepth.dataset.card import (
-    LICENSE_TEXT,
     dataset_name,
     figures,
     hub_header,
+    license_text,
     sheet_jpeg,
     summary,
 )
 from synthdepth.dataset.exr import decode_depth, decode_flow, decode_normal
+from synthdepth.dataset.folder import new_folder
 from synthdepth.dataset.manifest import CARD, SHEET, read_index, read_manifest
 from synthdepth.dataset.pair import META_FIELDS, check_meta
 from synthdepth.dataset.shard import read_members, shard_members
 from synthdepth.errors import DatasetError
-from synthdepth.export.folder import ExportReport, new_folder, write_file
+from synthdepth.export.folder import ExportReport, write_file
 
 # Uncompressed: small enough to stream, large enough to compress.
 _ROW_GROUP_BYTES = 32 * 2**20
@@ -280,7 +281,15 @@ row = rows[0]
 print(row["key"], row["rgb"].shape, row["depth_m"].dtype, row["depth_m"].min())
 ```
 
-Written by `synthdepth export` from a dataset of seed {manifest["seed"]}, which the same version of
-synthdepth renders again, byte for byte.
+Written by `synthdepth export`{_origin(manifest)}.
 
-{LICENSE_TEXT}"""
+{license_text(manifest)}"""
+
+
+def _origin(manifest: Mapping) -> str:
+    if "source" in manifest:
+        return ""
+    return (
+        f" from a dataset of seed {manifest['seed']}, which the same version of\nsynthdepth "
+        "renders again, byte for byte"
+    )

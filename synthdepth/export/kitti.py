@@ -23,10 +23,11 @@ from pathlib import Path
 import numpy as np
 
 from synthdepth.camera import Intrinsics
+from synthdepth.dataset.folder import new_folder
 from synthdepth.dataset.manifest import read_manifest
 from synthdepth.dataset.pair import Pair, encode_png
 from synthdepth.errors import DatasetError
-from synthdepth.export.folder import ExportReport, new_folder, read_pairs, write_file
+from synthdepth.export.folder import ExportReport, read_pairs, write_file
 from synthdepth.kitti.calibration import CAM_FROM_BODY
 from synthdepth.kitti.dataset import EXPORT_NOTE
 from synthdepth.kitti.oxts import oxts_of

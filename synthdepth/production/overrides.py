@@ -5,7 +5,8 @@ import re
 import tomllib
 from pathlib import Path
 
-from synthdepth.errors import RecipeError
+from synthdepth.airsim.settings import camera_from_settings
+from synthdepth.errors import DatasetError, RecipeError
 from synthdepth.production.recipe import CAMERAS, CameraRecipe, Recipe
 
 
@@ -28,7 +29,8 @@ def with_overrides(
     Args:
         recipe: the recipe.
         size: "WIDTHxHEIGHT" in pixels; keeps the field of view.
-        camera: a name of `CAMERAS`, or a TOML file with the keys of `CameraRecipe`.
+        camera: a name of `CAMERAS`, a TOML file with the keys of `CameraRecipe`, or AirSim's
+            settings.json.
         max_depth_m: where the depth saturates.
         spp: samples a pixel.
         pairs_per_scene: pairs of one shard.
@@ -87,12 +89,23 @@ def _camera(name_or_file: str) -> CameraRecipe:
     if name_or_file in CAMERAS:
         return CAMERAS[name_or_file]
     path = Path(name_or_file)
+    if path.suffix == ".json":
+        return _airsim_camera(path)
     if path.suffix != ".toml":
         raise RecipeError(
-            f"--camera {name_or_file} is unknown: allowed are {', '.join(CAMERAS)}, or a .toml file"
+            f"--camera {name_or_file} is unknown: allowed are {', '.join(CAMERAS)}, a .toml file, "
+            "or AirSim's settings.json"
         )
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise RecipeError(f"--camera {path} cannot be read: {error}") from None
     return CameraRecipe.from_table(table, path.name)
+
+
+def _airsim_camera(path: Path) -> CameraRecipe:
+    try:
+        camera = camera_from_settings(path)
+        return CameraRecipe(width=camera.width, height=camera.height, fov_deg=camera.fov_deg)
+    except (DatasetError, RecipeError) as error:
+        raise RecipeError(f"--camera {path.name}: {error}") from None

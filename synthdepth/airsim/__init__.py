@@ -1,0 +1,1 @@
+"""Recordings of the simulator AirSim (Colosseum, Cosys-AirSim), read into the contract."""
