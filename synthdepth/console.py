@@ -1,12 +1,17 @@
 """What commands show while they work: a progress bar, or plain lines where nobody watches."""
 
 import contextlib
+import json
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from synthdepth.errors import SynthdepthError
 
 # Seconds between plain lines when the output is not a terminal.
 _LINE_EVERY_S = 10.0
@@ -64,3 +69,13 @@ def progress_bar(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
             bar.update(task, completed=done, total=total, rate=f"{rate(done):.2f} {unit}/s")
 
         yield move
+
+
+def write_json(path: Path | None, figures: Any) -> None:
+    """Write what a command found to the file that `--json` names, if it does."""
+    if path is None:
+        return
+    try:
+        path.write_text(json.dumps(figures, indent=1, default=str) + "\n")
+    except OSError as error:
+        raise SynthdepthError(f"--json {path} cannot be written: {error.strerror}") from error

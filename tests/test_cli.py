@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from synthdepth.cli import main
+from synthdepth.cli import _COMMANDS, main
+from tests.made import make_dataset
 
 
 @pytest.mark.parametrize(
@@ -28,6 +29,12 @@ from synthdepth.cli import main
         (["verify", "nowhere"], "nowhere holds no dataset"),
         (["preview", "nowhere"], "nowhere holds no dataset"),
         (["scene", "--map", "neighborhood", "--seed", "1", "--out", "x.obj"], "ends in .glb"),
+        (["view", "nowhere", "--out", "x.rrd"], "nowhere holds no dataset"),
+        (["preview", "nowhere", "--out", "x.html"], "nowhere holds no dataset"),
+        (["export", "nowhere", "--to", "kitti", "--out", "there"], "nowhere holds no dataset"),
+        (["export", "nowhere", "--to", "coco", "--out", "there"], "coco"),
+        (["export", "nowhere", "--to", "hf", "--out", "x", "--sky", "invalid"], "--sky belongs"),
+        (["import-airsim", "nowhere", "--out", "there"], "nowhere"),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_2(arguments, complaint, capsys, tmp_path, monkeypatch):
@@ -75,4 +82,31 @@ def test_help_names_every_command(capsys):
         main(["--help"])
     assert stopped.value.code == 0
     told = capsys.readouterr().out
-    assert all(name in told for name in ("render", "maps", "scene", "preview", "verify", "doctor"))
+    assert all(name in told for name in _COMMANDS)
+
+
+@pytest.mark.parametrize("layout", ["kitti", "tartanair", "hf", "nerfstudio"])
+def test_export_says_how_many_pairs_it_wrote(layout, capsys, tmp_path):
+    folder = make_dataset(tmp_path / "set", shards=2, pairs=2)
+    assert main(["export", str(folder), "--to", layout, "--out", str(tmp_path / "out")]) == 0
+    assert f"{tmp_path / 'out'}: 4 pairs" in capsys.readouterr().out
+    assert any((tmp_path / "out").rglob("*.*"))
+
+
+def test_preview_writes_a_page_and_view_a_recording(capsys, tmp_path):
+    folder = make_dataset(tmp_path / "set", shards=2, pairs=2)
+    assert main(["preview", str(folder), "--out", str(tmp_path / "page.html")]) == 0
+    assert main(["view", str(folder), "--out", str(tmp_path / "set.rrd")]) == 0
+    assert (tmp_path / "page.html").read_text().startswith("<!doctype html>")
+    assert (tmp_path / "set.rrd").stat().st_size > 1000
+    assert capsys.readouterr().out.count("4 pairs") == 2
+
+
+def test_a_broken_shard_is_one_line_for_preview(capsys, tmp_path):
+    folder = make_dataset(tmp_path / "set", shards=2, pairs=2)
+    shard = sorted(folder.rglob("*.tar"))[0]
+    shard.write_bytes(shard.read_bytes()[:2000])
+    assert main(["preview", str(folder), "--out", str(tmp_path / "x.png")]) == 2
+    told = capsys.readouterr().err
+    assert shard.name in told
+    assert told.count("\n") == 1

@@ -32,7 +32,13 @@ LAYERS = (
     "cli",
 )
 # Who may import what is heavy or particular.
-ONLY_IN = {"mitsuba": "render", "drjit": "render", "mitsuba_oidn": "render", "tyro": "cli"}
+ONLY_IN = {
+    "mitsuba": "render",
+    "drjit": "render",
+    "mitsuba_oidn": "render",
+    "tyro": "cli",
+    "rerun": "view",
+}
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__main__.py")
 

@@ -9,7 +9,7 @@ import numpy as np
 from synthdepth.dataset.manifest import read_index, read_manifest
 from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, Pair, decode_pair
 from synthdepth.dataset.shard import Member, read_members
-from synthdepth.errors import SynthdepthError
+from synthdepth.errors import DatasetError, SynthdepthError
 from synthdepth.seeding import lane
 
 _CAPTION_PX = 18
@@ -49,7 +49,11 @@ def _read_row(folder: Path, row: dict) -> Pair:
         for name, suffix in suffixes.items()
         if f"{name}_offset" in row
     }
-    return decode_pair(row["key"], read_members(folder / row["shard"], members))
+    shard = folder / row["shard"]
+    try:
+        return decode_pair(row["key"], read_members(shard, members))
+    except (OSError, ValueError) as error:
+        raise DatasetError(f"{shard}: pair {row['key']} cannot be read: {error}") from error
 
 
 def colour_flow(flow: np.ndarray) -> np.ndarray:
@@ -61,11 +65,22 @@ def colour_flow(flow: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 
+# A colour a label, told apart by neighbours and by those who see no red or green.
+_LABEL_COLOURS = np.array(
+    [
+        [0, 0, 0], [150, 120, 80], [90, 90, 100], [200, 190, 210], [190, 110, 90], [130, 30, 50],
+        [60, 150, 60], [110, 70, 30], [40, 110, 220], [250, 210, 40], [255, 60, 200],
+        [250, 130, 30],
+        [0, 240, 240], [150, 90, 230], [255, 255, 160], [0, 120, 110], [160, 180, 150],
+    ],
+    np.uint8,
+)  # fmt: skip
+
+
 def colour_labels(seg: np.ndarray) -> np.ndarray:
-    """Labels (H, W) uint8 in colours that tell neighbours apart, (H, W, 3) uint8 RGB; sky black."""
-    number = seg.astype(np.float32)
-    hsv = np.stack([number * 67 % 180, 110 + number * 53 % 145, 150 + number * 37 % 105], axis=-1)
-    return cv2.cvtColor((hsv * (seg[..., None] > 0)).astype(np.uint8), cv2.COLOR_HSV2RGB)
+    """Labels (H, W) uint8 in a colour each, (H, W, 3) uint8 RGB; sky is black, unknown white."""
+    known = np.minimum(seg, len(_LABEL_COLOURS))
+    return np.concatenate([_LABEL_COLOURS, [[255, 255, 255]]]).astype(np.uint8)[known]
 
 
 def contact_sheet(pairs: list[Pair], columns: int = 4, tile_px: int = 200) -> np.ndarray:
@@ -152,7 +167,7 @@ def preview(folder: Path, out: Path, *, count: int = 24, seed: int = 0) -> int:
     if not 1 <= count <= 400:
         raise SynthdepthError(f"--count {count}: allowed is a whole number from 1 to 400")
     if out.suffix.lower() != ".png":
-        raise SynthdepthError(f"--out {out}: allowed is a file name that ends in .png")
+        raise SynthdepthError(f"--out {out}: allowed is a file name that ends in .png or .html")
     read_manifest(folder)
     pairs = random_pairs(Path(folder), count, seed)
     sheet = contact_sheet(pairs, columns=min(4, max(1, len(pairs) // 4)))

@@ -1,18 +1,10 @@
-"""The command line: every command parses, calls one library function, and says what came of it."""
+"""Commands that make datasets and worlds, and what they need."""
 
-import contextlib
 import dataclasses
-import io
-import json
-import os
-import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Literal
 
-import tyro
-
-import synthdepth
-from synthdepth.console import progress_bar, say
+from synthdepth.console import progress_bar, say, write_json
 from synthdepth.errors import SynthdepthError
 
 
@@ -35,7 +27,8 @@ class Render:
     size: str | None = None
     """Image size, e.g. 256x256; the recipe's by default."""
     camera: str | None = None
-    """airsim, kitti, or a .toml file with the keys of a recipe's [camera]."""
+    """airsim, kitti, a .toml file with the keys of a recipe's [camera], or AirSim's
+    settings.json."""
     max_depth_m: float | None = None
     """Where the depth saturates; the recipe's by default."""
     spp: int | None = None
@@ -106,7 +99,7 @@ class Render:
             f"{report.wall_s:.0f} s ({speed:.2f} pairs/s, {100 * report.render_share:.0f} % of "
             "the workers' time in rendering)"
         )
-        _write_json(self.json, dataclasses.asdict(report) | {"pairs_per_s": speed})
+        write_json(self.json, dataclasses.asdict(report) | {"pairs_per_s": speed})
         return 0
 
 
@@ -129,7 +122,7 @@ class Maps:
         for name, row in rows.items():
             row["summary"] = MAPS[row["map"]].summary
             say(f"{name:16s} {row['summary']}\n{'':16s} {row['recipe']}")
-        _write_json(self.json, rows)
+        write_json(self.json, rows)
         return 0
 
 
@@ -161,53 +154,6 @@ class Scene:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Preview:
-    """Write a contact sheet of a dataset: frame, previous frame and depth of random pairs."""
-
-    folder: tyro.conf.Positional[Path]
-    """The dataset."""
-    out: Path | None = None
-    """The PNG to write; preview.png beside the dataset folder by default."""
-    count: int = 24
-    """How many pairs."""
-    seed: int = 0
-    """Which pairs."""
-
-    def run(self) -> int:
-        """Do it; returns the exit code."""
-        from synthdepth.dataset.preview import preview
-
-        # Beside, not inside: a dataset folder holds nothing but the dataset.
-        out = self.out or Path(f"{self.folder.resolve()}-preview.png")
-        count = preview(self.folder, out, count=self.count, seed=self.seed)
-        say(f"{out}: {count} pairs")
-        return 0
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Verify:
-    """Check a dataset: checksums, counts, decoding, contract. Exit 1 if anything is wrong."""
-
-    folder: tyro.conf.Positional[Path]
-    """The dataset."""
-    json: Path | None = None
-    """Write what was found to this file."""
-
-    def run(self) -> int:
-        """Do it; returns the exit code."""
-        from synthdepth.dataset.verify import verify
-
-        with progress_bar("verifying", "pairs") as progress:
-            report = verify(self.folder, on_progress=progress)
-        for fault in report.faults:
-            say(f"{fault.where}: {fault.what}")
-        verdict = f"{len(report.faults)} faults" if report.faults else "no fault"
-        say(f"{self.folder}: {report.shards} shards, {report.pairs} pairs, {verdict}")
-        _write_json(self.json, dataclasses.asdict(report))
-        return 1 if report.faults else 0
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class Doctor:
     """Say what this machine has for rendering, and what to do about what is missing."""
 
@@ -221,77 +167,5 @@ class Doctor:
         findings = examine()
         for finding in findings:
             say(f"{'ok ' if finding.ok else 'NO '} {finding.name:10s} {finding.text}")
-        _write_json(self.json, [dataclasses.asdict(finding) for finding in findings])
-        return 0
-
-
-_COMMANDS = {
-    "render": Render,
-    "maps": Maps,
-    "scene": Scene,
-    "preview": Preview,
-    "verify": Verify,
-    "doctor": Doctor,
-}
-
-
-def _write_json(path: Path | None, figures: Any) -> None:
-    if path is None:
-        return
-    try:
-        path.write_text(json.dumps(figures, indent=1, default=str) + "\n")
-    except OSError as error:
-        raise SynthdepthError(f"--json {path} cannot be written: {error.strerror}") from error
-
-
-def _parse(arguments: list[str]) -> Any:
-    """The command of the arguments; a parse error becomes a SynthdepthError of one line."""
-    union = None
-    for name, command in _COMMANDS.items():
-        one = Annotated[command, tyro.conf.subcommand(name)]
-        union = one if union is None else union | one
-    complaint = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(complaint):
-            return tyro.cli(
-                union,
-                prog="synthdepth",
-                description=synthdepth.__doc__,
-                args=arguments,
-                config=(tyro.conf.OmitSubcommandPrefixes,),
-            )
-    except SystemExit as stop:
-        if not stop.code:
-            raise
-        raise SynthdepthError(_first_section(complaint.getvalue())) from None
-
-
-def _first_section(box: str) -> str:
-    """The message of a framed complaint, on one line."""
-    words: list[str] = []
-    for line in box.splitlines():
-        text = line.strip("│ \t")
-        if words and text.startswith(("──", "╰")):
-            break
-        if text and text[0] not in "╭╰─":
-            words += text.split()
-    return " ".join(words) or "the arguments cannot be read; see synthdepth --help"
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
-    arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments == ["--version"]:
-        say(synthdepth.__version__)
-        return 0
-    try:
-        return _parse(arguments).run()
-    except SynthdepthError as error:
-        sys.stderr.write(f"synthdepth: {error}\n")
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:
-        # The reader of our output has gone (`| head`): nothing to complain about.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        write_json(self.json, [dataclasses.asdict(finding) for finding in findings])
         return 0
