@@ -1,0 +1,1 @@
+"""How good predicted depth is: metrics, protocols, breakdowns and baselines."""
