@@ -15,7 +15,7 @@ demo: $(VENV)/.installed
 	@echo "the pairs are in $(CURDIR)/$(DEMO)/neighborhood, a contact sheet in $(CURDIR)/$(DEMO)/preview.png"
 
 test: lint
-	$(BIN)/pytest -m "not slow" --durations=8
+	$(BIN)/pytest -m "not slow" -n 2 --dist loadfile --durations=8
 
 test-slow: $(VENV)/.installed
 	$(BIN)/pytest -m slow --durations=8

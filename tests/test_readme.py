@@ -13,6 +13,7 @@ from synthdepth.camera import Intrinsics
 from synthdepth.cli import _COMMANDS, Render
 from synthdepth.dataset.manifest import read_manifest
 from synthdepth.dataset.pair import META_FIELDS
+from synthdepth.export import export
 from synthdepth.flight.clearance import Clearance
 from synthdepth.flight.flight import draw_flight
 from synthdepth.flight.limits import FlightLimits
@@ -21,13 +22,14 @@ from synthdepth.maps.registry import MAPS, MapKind, build_world
 from synthdepth.production.recipe import load_recipe
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import lane
+from tests.made import make_dataset
 
 ROOT = Path(__file__).parents[1]
 README, FORMAT = (ROOT / "README.md").read_text(), (ROOT / "DATASET.md").read_text()
 
 
 def test_every_command_of_the_readme_exists_and_the_other_way_round():
-    named = set(re.findall(r"`synthdepth ([a-z]+)", README))
+    named = set(re.findall(r"`synthdepth ([a-z-]+)", README))
     assert named == set(_COMMANDS)
 
 
@@ -55,6 +57,43 @@ def test_the_reader_in_the_readme_reads(dataset, capsys):
     assert path in code
     exec(compile(code.replace(path, str(shard)), "README.md", "exec"), {})
     assert capsys.readouterr().out.startswith("blocks-s00000-f000-")
+
+
+def test_the_loader_in_the_readme_loads_and_the_flow_embeds(tmp_path):
+    folder = make_dataset(tmp_path / "set", shards=3, pairs=2)
+    code = re.search(r"```python\n(from torch.utils.data.*?)```", README, re.DOTALL)[1]
+    assert code.count('"data/suburb"') == 1
+    seen = {}
+    code = code.replace('"data/suburb"', repr(str(folder))).replace("range(10)", "range(1)")
+    exec(compile(code.replace("num_workers=2", "num_workers=0"), "README.md", "exec"), seen)
+    assert len(seen["pairs"]) == 2
+    assert seen["batch"].input.shape == (2, 3, 48, 64)
+    code = re.search(r"```python\n(from synthdepth.flow.*?)```", README, re.DOTALL)[1]
+    sample = seen["pairs"][0]
+    flown = {"prev": sample.prev, "rgb": sample.rgb}
+    exec(compile(code, "README.md", "exec"), flown)
+    assert flown["flow"].shape == (48, 64, 2)
+    assert (flown["picture"] != sample.rgb).any()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_the_other_loaders_in_the_readme_load(tmp_path, monkeypatch):
+    folder = make_dataset(tmp_path / "set", shards=4, pairs=2)
+    export("kitti", folder, tmp_path / "kitti")
+    code = re.search(r"```python\n(from synthdepth.kitti.*?)```", README, re.DOTALL)[1]
+    found = re.search(r"KittiDataset\(.*?\)", code)[0]
+    assert '"kitti/raw"' in found
+    mine = code.replace(found, f"KittiDataset({str(tmp_path / 'kitti')!r}, split='val')")
+    read = {}
+    exec(compile(mine, "README.md", "exec"), read)
+    assert read["sample"].valid.any()
+
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    monkeypatch.setenv("HF_DATASETS_CACHE", str(tmp_path / "cache"))
+    code = re.search(r"```python\n(from datasets.*?)```", README, re.DOTALL)[1]
+    code = code.replace('"data/suburb"', f"{str(folder)!r}, cache_dir={str(tmp_path / 'cache')!r}")
+    exec(compile(code, "README.md", "exec"), read)
+    assert len(read["rows"]) == 4
 
 
 @pytest.mark.usefixtures("backend")

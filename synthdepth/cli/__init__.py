@@ -61,6 +61,11 @@ def _first_section(box: str) -> str:
     return " ".join(words) or "the arguments cannot be read; see synthdepth --help"
 
 
+def _one_line(error: SynthdepthError) -> str:
+    """The message; a loader's worker wraps it into a traceback, of which it is the last line."""
+    return str(error).strip().splitlines()[-1].split(f"{type(error).__qualname__}: ", 1)[-1]
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
@@ -70,7 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return _parse(arguments).run()
     except SynthdepthError as error:
-        sys.stderr.write(f"synthdepth: {error}\n")
+        sys.stderr.write(f"synthdepth: {_one_line(error)}\n")
         return 2
     except KeyboardInterrupt:
         return 130

@@ -198,7 +198,7 @@ def decode_pair(key: str, members: Mapping[str, bytes]) -> Pair:
         meta=meta,
         flow=flow,
         visible=visible,
-        seg=_decode_labels(members["seg.png"]) if "seg.png" in members else None,
+        seg=decode_labels(members["seg.png"]) if "seg.png" in members else None,
         normal=decode_normal(members["normal.exr"]) if "normal.exr" in members else None,
     )
 
@@ -229,7 +229,8 @@ def decode_png(data: bytes) -> np.ndarray:
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
-def _decode_labels(data: bytes) -> np.ndarray:
+def decode_labels(data: bytes) -> np.ndarray:
+    """The (H, W) uint8 labels of PNG bytes; ValueError where they are not 8-bit grey ones."""
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
     if image is None or image.ndim != 2 or image.dtype != np.uint8:
         raise ValueError("seg.png is not a readable 8-bit grey PNG file")
