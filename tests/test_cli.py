@@ -35,6 +35,9 @@ from tests.made import make_dataset
         (["export", "nowhere", "--to", "coco", "--out", "there"], "coco"),
         (["export", "nowhere", "--to", "hf", "--out", "x", "--sky", "invalid"], "--sky belongs"),
         (["import-airsim", "nowhere", "--out", "there"], "nowhere"),
+        (["train", "nowhere", "--out", "there"], "nowhere"),
+        (["predict", "nowhere", "nothing", "--out", "there"], "nowhere"),
+        (["onnx", "nowhere", "--out", "x.onnx"], "nowhere"),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_2(arguments, complaint, capsys, tmp_path, monkeypatch):

@@ -15,6 +15,7 @@ LAYERS = (
     "config",
     "seeding",
     "camera",
+    "charts",
     "flow",
     "maps",
     "flight",

@@ -10,6 +10,7 @@ import tyro
 
 import synthdepth
 from synthdepth.cli.datasets import Export, ImportAirsim, Preview, Verify, View
+from synthdepth.cli.learning import Onnx, Predict, Train
 from synthdepth.cli.rendering import Doctor, Maps, Render, Scene
 from synthdepth.console import say
 from synthdepth.errors import SynthdepthError
@@ -23,6 +24,9 @@ _COMMANDS = {
     "verify": Verify,
     "export": Export,
     "import-airsim": ImportAirsim,
+    "train": Train,
+    "predict": Predict,
+    "onnx": Onnx,
     "doctor": Doctor,
 }
 

@@ -32,22 +32,23 @@ def encode_depth(
         "intrinsics": json.dumps(camera.matrix.tolist()),
         "worldFromCam": json.dumps(np.asarray(world_from_cam, np.float64).tolist()),
     }
-    return _encode(header, {"Z": depth_m})
+    return encode_channels(header, {"Z": depth_m})
 
 
 def encode_flow(flow: np.ndarray, visible: np.ndarray) -> bytes:
     """The EXR file of optical flow (H, W, 2) float32 [px] and its visibility (H, W) bool."""
     header = {"flowUnit": "pixel", "flowConvention": FLOW_CONVENTION}
-    return _encode(header, {"u": flow[..., 0], "v": flow[..., 1], "visible": visible})
+    return encode_channels(header, {"u": flow[..., 0], "v": flow[..., 1], "visible": visible})
 
 
 def encode_normal(normal: np.ndarray) -> bytes:
     """The EXR file of normals (H, W, 3) float32 in camera axes."""
     header = {"normalConvention": NORMAL_CONVENTION}
-    return _encode(header, {name: normal[..., k] for k, name in enumerate("XYZ")})
+    return encode_channels(header, {name: normal[..., k] for k, name in enumerate("XYZ")})
 
 
-def _encode(header: dict, channels: dict[str, np.ndarray]) -> bytes:
+def encode_channels(header: dict, channels: dict[str, np.ndarray]) -> bytes:
+    """The EXR file of some float32 channels (H, W), with attributes in its header."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | header
     # OpenEXR writes garbage from arrays that are not contiguous.
     channels = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}

@@ -1,0 +1,1 @@
+"""Pix2Pix: depth from a picture by a conditional adversarial network (needs PyTorch)."""
