@@ -14,10 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synthdepth.camera import Intrinsics
+from synthdepth.charts.axes import linear_axis, log_axis
+from synthdepth.charts.svg import histogram
 from synthdepth.dataset.manifest import read_manifest, write_manifest
 from synthdepth.dataset.pairs import PairDataset
 from synthdepth.errors import DatasetError, SynthdepthError
-from synthdepth.view.figures import flight_map, histogram, linear_axis, log_axis
+from synthdepth.view.figures import flight_map
 from synthdepth.view.flights import Flight
 from synthdepth.view.page import write_page
 from tests import made as made_module

@@ -11,6 +11,7 @@ import tyro
 import synthdepth
 from synthdepth.cli.datasets import Export, ImportAirsim, Preview, Verify, View
 from synthdepth.cli.learning import Onnx, Predict, Train
+from synthdepth.cli.measuring import Bench, Evaluate
 from synthdepth.cli.rendering import Doctor, Maps, Render, Scene
 from synthdepth.console import say
 from synthdepth.errors import SynthdepthError
@@ -27,6 +28,8 @@ _COMMANDS = {
     "train": Train,
     "predict": Predict,
     "onnx": Onnx,
+    "evaluate": Evaluate,
+    "bench": Bench,
     "doctor": Doctor,
 }
 

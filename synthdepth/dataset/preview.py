@@ -53,7 +53,9 @@ def _read_row(folder: Path, row: dict) -> Pair:
     try:
         return decode_pair(row["key"], read_members(shard, members))
     except (OSError, ValueError) as error:
-        raise DatasetError(f"{shard}: pair {row['key']} cannot be read: {error}") from error
+        raise DatasetError(
+            f"{shard}: pair {row['key']} cannot be read: {error}; synthdepth verify says where"
+        ) from error
 
 
 def colour_flow(flow: np.ndarray) -> np.ndarray:

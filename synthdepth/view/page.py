@@ -12,6 +12,7 @@ from string import Template
 import numpy as np
 import pyarrow as pa
 
+from synthdepth.charts.elements import page_style, table
 from synthdepth.dataset.manifest import read_index, read_manifest
 from synthdepth.dataset.pair import Pair
 from synthdepth.dataset.preview import random_pairs
@@ -63,7 +64,7 @@ def _page(manifest: Mapping, index: pa.Table, pairs: Sequence[Pair]) -> str:
     altitude = index["altitude_m"].to_numpy()
     parts = {
         "title": f"{escape(name)} (synthdepth)",
-        "style": _resource("page.css"),
+        "style": page_style(),
         "name": escape(name),
         "lead": f"{len(index):,} pairs of drone frames with depth to {far:g} m, path-traced in "
         f"{_many(index, 'scene_index')} procedural scenes.",
@@ -160,4 +161,4 @@ def _facts(manifest: Mapping, first: Pair) -> str:
         [f"<th scope=row>{escape(name)}</th>", f"<td>{escape(str(value))}</td>"]
         for name, value in facts.items()
     ]
-    return f'<div class="card">{sections.table("", rows, "facts")}</div>'
+    return f'<div class="card">{table("", rows, "facts")}</div>'

@@ -1,46 +1,14 @@
-"""The pictures of the page: pairs as small tiles, inline as data URIs."""
+"""The pictures of the page: pairs as small tiles."""
 
-import base64
-import dataclasses
-import html
 from collections.abc import Mapping, Sequence
 
-import cv2
 import numpy as np
 
+from synthdepth.charts.pictures import Tile, tile
 from synthdepth.dataset.pair import Pair
 from synthdepth.dataset.preview import colour_depth, colour_flow, colour_labels
 
-# Widest a tile is stored; twice what it measures on the page, for screens with fine pixels.
-_TILE_PX = 320
 _STRIP_PX = 160
-_JPEG_QUALITY = 85
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Tile:
-    """One picture of a pair.
-
-    Attributes:
-        name: what stands below it.
-        says: what it shows, for whoever cannot see it.
-        uri: the picture itself.
-        width: of the stored picture [px].
-        height: of the stored picture [px].
-    """
-
-    name: str
-    says: str
-    uri: str
-    width: int
-    height: int
-
-    def img(self) -> str:
-        """The HTML element."""
-        return (
-            f'<img src="{self.uri}" alt="{html.escape(self.says)}" width="{self.width}" '
-            f'height="{self.height}" loading="lazy" decoding="async">'
-        )
 
 
 def tiles(pair: Pair) -> list[Tile]:
@@ -49,19 +17,19 @@ def tiles(pair: Pair) -> list[Tile]:
     near, middle = meta["nearest_depth_m"], meta["median_depth_m"]
     depth = f"depth from {near:.1f} m, half of it nearer than {middle:.0f} m"
     found = [
-        _tile("frame t", "frame t", pair.rgb),
-        _tile("frame t-1", "the frame before", pair.prev),
-        _tile("depth", depth, colour_depth(pair.depth_m, meta["max_depth_m"])),
+        tile("frame t", "frame t", pair.rgb),
+        tile("frame t-1", "the frame before", pair.prev),
+        tile("depth", depth, colour_depth(pair.depth_m, meta["max_depth_m"])),
     ]
     if pair.flow is not None:
         length = float(np.median(np.linalg.norm(pair.flow, axis=-1)))
         says = f"optical flow, {length:.1f} px at the median"
-        found.append(_tile("flow", says, colour_flow(pair.flow)))
+        found.append(tile("flow", says, colour_flow(pair.flow)))
     if pair.seg is not None:
         classes = f"labels of {len(np.unique(pair.seg))} classes"
-        found.append(_tile("labels", classes, colour_labels(pair.seg), flat=True))
+        found.append(tile("labels", classes, colour_labels(pair.seg), flat=True))
     if pair.normal is not None:
-        found.append(_tile("normals", "surface normals", colour_normal(pair.normal)))
+        found.append(tile("normals", "surface normals", colour_normal(pair.normal)))
     return found
 
 
@@ -75,7 +43,7 @@ def strip(pairs: Sequence[Pair], most: int) -> list[Tile]:
         depth = colour_depth(pair.depth_m, pair.meta["max_depth_m"])
         both = np.concatenate([pair.rgb, depth])
         says = f"a frame in {pair.meta['condition']} over its depth"
-        found.append(_tile("", says, both, most_px=_STRIP_PX))
+        found.append(tile("", says, both, most_px=_STRIP_PX))
     return found
 
 
@@ -88,7 +56,7 @@ def flow_wheel() -> Tile:
     """The colours of `colour_flow`: a pixel's colour here is that of a flow to this place."""
     side = np.linspace(-1, 1, 96, dtype=np.float32)
     wheel = colour_flow(np.stack(np.meshgrid(side, side), axis=-1))
-    return _tile("", "colours of the directions of flow, paler where it is short", wheel)
+    return tile("", "colours of the directions of flow, paler where it is short", wheel)
 
 
 def normal_colours() -> dict[str, str]:
@@ -110,22 +78,3 @@ def label_colours(labels: Mapping[str, int]) -> dict[str, str]:
 
 def _css(colour: np.ndarray) -> str:
     return f"rgb({' '.join(str(int(part)) for part in colour)})"
-
-
-def _tile(
-    name: str, says: str, image: np.ndarray, *, flat: bool = False, most_px: int = _TILE_PX
-) -> Tile:
-    """Args: `flat` for areas of one colour, which PNG keeps sharp and small."""
-    height, width = image.shape[:2]
-    if width > most_px:
-        height, width = round(height * most_px / width), most_px
-        how = cv2.INTER_NEAREST if flat else cv2.INTER_AREA
-        image = cv2.resize(image, (width, height), interpolation=how)
-    suffix, kind, options = (
-        (".png", "png", [cv2.IMWRITE_PNG_COMPRESSION, 9])
-        if flat
-        else (".jpg", "jpeg", [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-    )
-    data = cv2.imencode(suffix, cv2.cvtColor(image, cv2.COLOR_RGB2BGR), options)[1].tobytes()
-    uri = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
-    return Tile(name=name, says=says, uri=uri, width=width, height=height)

@@ -7,17 +7,11 @@ from html import escape
 import numpy as np
 import pyarrow as pa
 
+from synthdepth.charts.axes import linear_axis, log_axis, number_text
+from synthdepth.charts.elements import bar_cell, card, chip, numeric, table
+from synthdepth.charts.svg import depth_scale, histogram
 from synthdepth.dataset.pair import Pair
-from synthdepth.view.figures import (
-    ALTITUDE_STEPS_M,
-    depth_scale,
-    flight_map,
-    histogram,
-    linear_axis,
-    log_axis,
-    map_span_m,
-    number_text,
-)
+from synthdepth.view.figures import ALTITUDE_STEPS_M, flight_map, map_span_m
 from synthdepth.view.flights import Flight
 from synthdepth.view.pictures import flow_wheel, label_colours, normal_colours, tiles
 
@@ -33,7 +27,7 @@ def depth_histogram(depth: np.ndarray, far: float) -> str:
         return ""
     low = min(max(float(within.min()), 0.1), 1.0)
     figure = histogram(within, log_axis(low, far), name="depth", unit="m", total=len(depth))
-    return _card(
+    return card(
         "Share of pixels",
         f"metres, logarithmic; the median is of what is nearer than {far:g} m",
         figure,
@@ -50,7 +44,7 @@ def depth_bands(depth: np.ndarray, far: float) -> str:
     bands[f"{far:g} m and beyond"] = float(np.mean(depth >= far))
     most = max(bands.values())
     rows = [
-        [f"<th scope=row>{band}</th>", _numeric(f"{100 * share:.1f} %"), _bar_cell(share / most)]
+        [f"<th scope=row>{band}</th>", numeric(f"{100 * share:.1f} %"), bar_cell(share / most)]
         for band, share in bands.items()
     ]
     head = "<th>Depth</th><th class=number>Pixels</th><th></th>"
@@ -68,7 +62,7 @@ def flight_histograms(index: pa.Table, altitude: np.ndarray) -> str:
         ("Nearest depth", "metres, logarithmic", nearest, near_axis, "m"),
     )
     return "".join(
-        _card(title, note, histogram(values, axis, name=title.lower(), unit=unit))
+        card(title, note, histogram(values, axis, name=title.lower(), unit=unit))
         for title, note, values, axis, unit in drawn
     )
 
@@ -85,12 +79,12 @@ def conditions(index: pa.Table) -> str:
         at = condition == name
         rows.append([
             f"<th scope=row>{escape(_plain(name))}</th>",
-            _numeric(f"{total:,}"),
-            _numeric(f"{100 * total / len(index):.1f} %"),
-            _numeric(f"{len(np.unique(scene[at])):,}"),
-            _numeric(f"{_range(sun[at])}°"),
-            _numeric(f"{_range(visible[at] / 1000)} km"),
-            _bar_cell(total / most),
+            numeric(f"{total:,}"),
+            numeric(f"{100 * total / len(index):.1f} %"),
+            numeric(f"{len(np.unique(scene[at])):,}"),
+            numeric(f"{_range(sun[at])}°"),
+            numeric(f"{_range(visible[at] / 1000)} km"),
+            bar_cell(total / most),
         ])  # fmt: skip
     heads = ("Pairs", "Share", "Scenes", "Sun or moon", "Visibility")
     head = "<th>Condition</th>" + "".join(f"<th class=number>{h}</th>" for h in heads) + "<th></th>"
@@ -113,7 +107,7 @@ def maps(flights: Sequence[Flight], altitude: np.ndarray) -> tuple[str, str]:
     shown = dict(itertools.islice(by_scene.items(), _MAPS_AT_MOST))
     span_m = map_span_m(list(shown.values()))
     maps = "".join(
-        _card(
+        card(
             scene,
             f"{sum(len(flight.rows) for flight in found):,} pairs in {len(found)} flights",
             flight_map(found, lambda flight: altitude[flight.rows], span_m),
@@ -153,14 +147,14 @@ def legends(manifest: Mapping, pairs: Sequence[Pair], far: float) -> str:
             "the picture.</span></p></div>"
         )
     if pairs[0].normal is not None:
-        chips = "".join(_chip(colour, side) for side, colour in normal_colours().items())
+        chips = "".join(chip(colour, side) for side, colour in normal_colours().items())
         parts.append(f'<div><h3>Normals face</h3><ul class="chips">{chips}</ul></div>')
     if pairs[0].seg is not None:
         labels = manifest["labels"]
         counts = sum(np.bincount(pair.seg.ravel(), minlength=256) for pair in pairs)
         shares = counts / counts.sum()
         chips = "".join(
-            _chip(colour, name.replace("_", " "), _share(shares[labels[name]]))
+            chip(colour, name.replace("_", " "), _share(shares[labels[name]]))
             for name, colour in label_colours(labels).items()
         )
         parts.append(
@@ -226,30 +220,3 @@ def _share(share: float) -> str:
     if not share:
         return "none"
     return f"{100 * share:.1f} %" if share >= 0.0005 else "&lt; 0.1 %"
-
-
-def _chip(colour: str, name: str, note: str = "") -> str:
-    swatch = f'<span class="swatch" style="background:{colour}"></span>'
-    return f"<li>{swatch}{escape(name)} <small>{note}</small></li>"
-
-
-def _card(title: str, note: str, figure: str) -> str:
-    return (
-        f'<figure class="card"><figcaption>{escape(title)}<small>{escape(note)}</small>'
-        f"</figcaption>{figure}</figure>"
-    )
-
-
-def _numeric(text: str) -> str:
-    return f'<td class="number">{escape(text)}</td>'
-
-
-def _bar_cell(share: float) -> str:
-    return f'<td class="share"><span class="bar-cell" style="width:{100 * share:.1f}%"></span></td>'
-
-
-def table(head: str, rows: Sequence[Sequence[str]], kind: str = "") -> str:
-    """A table of finished cells; `kind` is its class."""
-    body = "".join(f"<tr>{''.join(row)}</tr>" for row in rows)
-    top = f"<thead><tr>{head}</tr></thead>" if head else ""
-    return f'<table class="{kind}">{top}<tbody>{body}</tbody></table>'

@@ -1,0 +1,1 @@
+"""Charts and pages: axes, inline SVG, tables and pictures of pages that are whole in themselves."""
