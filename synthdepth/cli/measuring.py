@@ -25,7 +25,7 @@ class Evaluate:
     data: tuple[str, ...] = ()
     """Datasets."""
     kitti: Path | None = None
-    """KITTI instead: raw recordings, depth benchmark, val_selection_cropped, object, or our export."""
+    """KITTI instead: raw recordings, depth benchmark, val_selection_cropped, object, our export."""
     kitti_raw: Path | None = None
     """Where KITTI's raw recordings lie, if elsewhere."""
     split_file: Path | None = None
