@@ -13,6 +13,7 @@ from synthdepth.cli.datasets import Export, ImportAirsim, Preview, Verify, View
 from synthdepth.cli.learning import Onnx, Predict, Train
 from synthdepth.cli.measuring import Bench, Evaluate
 from synthdepth.cli.rendering import Doctor, Maps, Render, Scene
+from synthdepth.cli.simulating import Simulate
 from synthdepth.console import say
 from synthdepth.errors import SynthdepthError
 
@@ -30,6 +31,7 @@ _COMMANDS = {
     "onnx": Onnx,
     "evaluate": Evaluate,
     "bench": Bench,
+    "simulate": Simulate,
     "doctor": Doctor,
 }
 

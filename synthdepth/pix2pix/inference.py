@@ -17,9 +17,9 @@ def for_inference(generator: UNetGenerator, *, dtype: torch.dtype = torch.float3
 
     Args:
         generator: left as it is.
-        dtype: of the weights. bfloat16 takes a third of the time on CPUs with AMX or AVX512-BF16,
-            more than under autocast, which converts 54 million weights for each picture. Depth
-            comes out in float32 all the same.
+        dtype: of the weights. On CPUs with AMX or AVX512-BF16 bfloat16 takes half the time, at an
+            error of about 0.1 % of the range. Autocast takes longer than float32 there: it
+            converts 54 million weights for each picture. The code is float32 all the same.
     """
     fast = copy.deepcopy(generator).eval().requires_grad_(False)
     for block in (*fast.encoders, *fast.decoders):

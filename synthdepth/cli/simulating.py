@@ -1,0 +1,108 @@
+"""The command that flies: collision rates of depth sources."""
+
+import dataclasses
+import functools
+from pathlib import Path
+from typing import Literal
+
+from synthdepth.console import progress_bar, say, write_json
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Simulate:
+    """Fly drones by what depth sources tell them, and count their collisions (the paper's table 6).
+
+    Every source flies the same scenarios, in scenes that no dataset holds. Stopped in any way, the
+    same command goes on; with more --flights or other --source it extends the results.
+    """
+
+    map: str
+    """Which map (see `synthdepth maps`), or a recipe file of your own (.toml)."""
+    flights: int = 400
+    """Scenarios that each source flies."""
+    source: tuple[str, ...] = ("10m", "200m")
+    """Ideal depth cameras by their range (10m, 200m), models by their path (or name=path), blind,
+    ground, triangulation."""
+    out: Path | None = None
+    """Folder of the results; simulations/<map>-seed<seed> by default."""
+    seed: int = 0
+    """Everything is drawn from it."""
+    size: str | None = None
+    """Image size, e.g. 256x256; the recipe's by default."""
+    conditions: tuple[str, ...] | None = None
+    """Light and weather that scenes draw from; the recipe's by default."""
+    rule: Literal["total", "nearest", "goal"] = "total"
+    """Which section is flown to: largest total depth (the paper's), farthest nearest obstacle, or
+    nearest the goal of those that are free."""
+    goal_pull: float = 0.0
+    """What the goal adds to a section's score; 0 is the paper's rule, 0.1 mostly arrives."""
+    speed: Literal["cruise", "sight"] = "cruise"
+    """Cruise speed throughout, or no faster than lets the drone halt within what it sees."""
+    speed_mps: tuple[float, float] = (10.0, 22.2)
+    """Range of the cruise speeds."""
+    latency_s: float = 0.1
+    """From a frame to its command's effect; the paper's table 5 has 0.297 on a Jetson."""
+    flights_per_scene: int = 10
+    """Scenarios of one scene."""
+    workers: int | None = None
+    """Processes at once; by default one a core."""
+    variant: Literal["cuda", "llvm", "scalar"] | None = None
+    """How Mitsuba computes; by default the best that works here."""
+    json: Path | None = None
+    """Write the results to this file."""
+
+    def run(self) -> int:
+        """Do it; returns the exit code."""
+        from synthdepth.maps.registry import build_world
+        from synthdepth.production.overrides import with_overrides
+        from synthdepth.production.pool import run_jobs
+        from synthdepth.production.recipe import load_recipe
+        from synthdepth.production.run import default_workers, usable_cores
+        from synthdepth.render.backend import choose
+        from synthdepth.simulate.drone import DroneConfig
+        from synthdepth.simulate.flight import Rules
+        from synthdepth.simulate.planner import PlannerConfig
+        from synthdepth.simulate.run import Stage, simulate
+        from synthdepth.simulate.scenario import ScenarioRanges
+        from synthdepth.simulate.sources import parse_source
+
+        recipe = with_overrides(load_recipe(self.map), size=self.size, conditions=self.conditions)
+        stage = Stage(
+            map=recipe.map,
+            build=functools.partial(build_world, recipe.map, recipe.scene, recipe.light),
+            camera=recipe.camera.intrinsics(),
+            sensor=recipe.sensor,
+            render=recipe.render,
+            recipe=recipe.as_dict(),
+        )
+        rules = Rules(
+            drone=DroneConfig(latency_s=self.latency_s),
+            planner=PlannerConfig(rule=self.rule, goal_pull=self.goal_pull, speed=self.speed),
+            scenario=ScenarioRanges(speed_mps=self.speed_mps),
+        )
+        sources = [parse_source(text) for text in self.source]
+        workers = default_workers() if self.workers is None else self.workers
+        out = self.out or Path("simulations") / f"{Path(self.map).stem}-seed{self.seed}"
+        try:
+            with progress_bar("flying", "flights") as progress:
+                report = simulate(
+                    stage,
+                    out,
+                    flights=self.flights,
+                    sources=sources,
+                    run_jobs=run_jobs,
+                    backend=choose(self.variant),
+                    rules=rules,
+                    flights_per_scene=self.flights_per_scene,
+                    seed=self.seed,
+                    workers=workers,
+                    threads=max(1, usable_cores() // max(workers, 1)),
+                    on_progress=progress,
+                )
+        except KeyboardInterrupt:
+            say(f"\nstopped: finished flights in {out} are safe; the same command goes on")
+            return 130
+        say(report.text)
+        say(f"{out}: {report.flown} flights flown now in {report.wall_s:.0f} s")
+        write_json(self.json, dataclasses.asdict(report))
+        return 0

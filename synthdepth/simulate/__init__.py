@@ -1,0 +1,1 @@
+"""Closed-loop flights: depth pictures steer a drone through worlds that it can crash into."""
