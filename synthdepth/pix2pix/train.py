@@ -183,8 +183,9 @@ def _step(
         # The discriminator, equation 15: the generator's share of the graph is left alone.
         state.discriminator.requires_grad_(True)
         with half:
-            real_logits = discriminator(image, target)
+            # The original's order, in which the running statistics see them.
             fake_logits = discriminator(image, fake.detach())
+            real_logits = discriminator(image, target)
         losses["discriminator"] = discriminator_loss(real_logits, fake_logits)
         state.discriminator_adam.zero_grad()
         losses["discriminator"].backward()
