@@ -217,8 +217,10 @@ def _without_overlaps(polygons: np.ndarray, priority: np.ndarray) -> np.ndarray:
         shapely.intersection(polygons[pairs[:, 0]], polygons[pairs[:, 1]], grid_size=_GRID_M)
     )
     for cut, by in pairs[overlap > 1e-6]:
-        polygons[cut] = shapely.difference(polygons[cut], polygons[by], grid_size=_GRID_M)
-    return _largest_part(polygons)
+        rest = shapely.difference(polygons[cut], polygons[by], grid_size=_GRID_M)
+        # Slivers may be left as lines, and of areas mixed with lines nothing can be taken away.
+        polygons[cut] = _largest_part(np.array([rest]))[0]
+    return polygons
 
 
 def _longest_parts(lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
