@@ -1,8 +1,5 @@
 """AirSim's files: float maps the right way up, settings with their defaults, real captures."""
 
-import os
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -21,13 +18,9 @@ from tests.airsim_made import (
     one_line,
     record_flight,
 )
+from tests.real import REAL, needs_real
 
-REALDATA = Path(
-    os.environ.get("SYNTHDEPTH_REALDATA", Path(__file__).parents[1] / "../shared/realdata")
-)
-real = pytest.mark.skipif(
-    not (REALDATA / "airsim").is_dir(), reason=f"no real captures in {REALDATA}/airsim"
-)
+real = needs_real("airsim")
 
 
 # PFM
@@ -165,7 +158,7 @@ def test_an_unknown_camera_and_two_fields_of_view_are_refused(tmp_path):
 @real
 @pytest.mark.parametrize("number", [1, 2])
 def test_real_captures_are_upright_and_saturate_where_they_were_clipped(number):
-    folder = REALDATA / "airsim"
+    folder = REAL / "airsim"
     sample = read_airsim_capture(
         folder / f"Img0_{number}.png",
         folder / f"DepthGT_{number}.pfm",
@@ -192,7 +185,7 @@ def test_real_captures_are_upright_and_saturate_where_they_were_clipped(number):
 @real
 def test_real_captures_have_no_poses_to_import(tmp_path):
     with pytest.raises(DatasetError, match="no airsim_rec.txt"):
-        import_airsim(REALDATA / "airsim", tmp_path / "out")
+        import_airsim(REAL / "airsim", tmp_path / "out")
 
 
 def test_a_flat_top_is_a_clip_and_a_peak_is_not():

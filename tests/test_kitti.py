@@ -1,10 +1,8 @@
 """KITTI's layouts, calibration, scans and poses, against folders made here and real frames."""
 
 import math
-import os
 import pickle
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -28,6 +26,7 @@ from synthdepth.kitti.oxts import oxts_of, world_from_imu
 from synthdepth.kitti.png import encode_depth
 from synthdepth.kitti.splits import read_split
 from synthdepth.seeding import lane
+from tests.real import REAL, needs_real
 
 WIDTH, HEIGHT = 62, 20
 DATE, DRIVE = "2011_09_26", "2011_09_26_drive_0002_sync"
@@ -37,10 +36,7 @@ P3 = P2 - [[0, 0, 0, 19.4], [0, 0, 0, 0], [0, 0, 0, 0]]
 RECT = Rotation.from_euler("xyz", [0.4, -0.5, 0.6], degrees=True).as_matrix()
 VELO_T, IMU_T = np.array([-0.004, -0.076, -0.27]), np.array([-0.81, 0.32, -0.80])
 VELO_R = Rotation.from_euler("z", 0.4, degrees=True).as_matrix() @ CAM_FROM_BODY
-REAL = Path(
-    os.environ.get("SYNTHDEPTH_REALDATA", Path(__file__).parents[1] / ".." / "shared" / "realdata")
-)
-real = pytest.mark.skipif(not REAL.exists(), reason=f"there are no real frames in {REAL}")
+real = needs_real("kitti_object")
 
 
 def row(name, values):

@@ -2,8 +2,6 @@
 
 import dataclasses
 import math
-import os
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -27,12 +25,10 @@ from synthdepth.evaluate.published import EIGEN_SPLIT, TABLES
 from synthdepth.kitti.calibration import object_calibration
 from synthdepth.kitti.lidar import project_lidar, read_points
 from synthdepth.seeding import lane
+from tests.real import REAL, needs_real
 
 KITTI = tuple(name for name, protocol in PROTOCOLS.items() if protocol.truth != "dense")
-REAL = Path(os.environ.get("SYNTHDEPTH_REALDATA", Path(__file__).parents[2] / "shared/realdata"))
-real = pytest.mark.skipif(
-    not (REAL / "kitti_depth").is_dir(), reason=f"no real frames in {REAL} (SYNTHDEPTH_REALDATA)"
-)
+real = needs_real("kitti_depth")
 
 
 # ----- each protocol, pixel by pixel
