@@ -88,8 +88,11 @@ def decode(sample: dict) -> dict:
 
 
 def stacked(samples: list[dict]) -> dict:
-    """A batch of the same tensors that `collate` makes of the same files."""
-    batch = {"__key__": [sample["__key__"] for sample in samples]}
+    """A batch of all that `collate` makes of the same files."""
+    batch = {name: [sample[name] for sample in samples] for name in ("__key__", "meta.json")}
+    batch["valid"] = torch.from_numpy(
+        np.stack([np.ones_like(s["depth.exr"], bool) for s in samples])
+    )
     for name in samples[0].keys() & set(DECODERS) - {"meta.json"}:
         images = np.stack([sample[name] for sample in samples])
         images = images.transpose(0, 3, 1, 2) if images.ndim == 4 else images[:, None]
