@@ -60,8 +60,8 @@ def small(**values):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Two scenes of eight pairs, one for each split."""
-    return make_dataset(tmp_path_factory.mktemp("train") / "set", shards=2, pairs=8, camera=CAMERA)
+    """Four scenes of eight pairs: one to train with, one kept back, two of the split test."""
+    return make_dataset(tmp_path_factory.mktemp("train") / "set", shards=4, pairs=8, camera=CAMERA)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -90,9 +90,7 @@ def keys(config, folder, place=HERE, epoch=0, first=0):
 
 def test_order_depends_on_seed_and_epoch_alone(folder):
     order = keys(small(), folder)
-    assert sorted(key for batch in order for key in batch) == sorted(
-        PairDataset(folder, split="train").key(k) for k in range(8)
-    )
+    assert len({key for batch in order for key in batch}) == 8
     assert keys(small(workers=2), folder) == order
     assert keys(small(), folder, first=1) == order[1:]
     assert keys(small(), folder, epoch=1) != order
@@ -121,11 +119,31 @@ def test_batches_do_not_depend_on_workers(folder):
     assert all(map(torch.equal, first, second))
 
 
-def test_validation_shows_no_scene_of_training(folder):
-    data = TrainingData(small(validation_pairs=0), [folder], HERE)
-    seen = {key.split("-f")[0] for batch in data.batches(0) for key in batch.keys}
-    unseen = {key.split("-f")[0] for batch in data.validation for key in batch.keys}
+def scenes(batches):
+    return {key.split("-f")[0] for batch in batches for key in batch.keys}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_validation_keeps_back_scenes_of_the_split_train(folder, seed):
+    data = TrainingData(small(validation_pairs=0, seed=seed), [folder], HERE)
+    seen, unseen = scenes(data.batches(0)), scenes(data.validation)
     assert len(unseen) == 1 and not seen & unseen
+    train_split = PairDataset(folder, split="train")
+    assert seen | unseen == {train_split.key(k).split("-f")[0] for k in range(len(train_split))}
+
+
+def test_without_validation_all_scenes_train(folder):
+    data = TrainingData(small(validate_every=0), [folder], HERE)
+    assert data.pairs == 16 and data.validation is None
+
+
+def test_each_dataset_keeps_scenes_back(folder, tmp_path):
+    # Six scenes of the split train, of which a third is two; a dataset of one scene trains with it.
+    six = make_dataset(tmp_path / "six", shards=12, pairs=1, camera=CAMERA, seed=3)
+    one = make_dataset(tmp_path / "one", shards=2, pairs=1, camera=CAMERA, seed=4)
+    data = TrainingData(small(validation_share=0.34, validation_pairs=0), [folder, six, one], HERE)
+    assert data.pairs == 8 + 4 + 1
+    assert sum(len(batch.keys) for batch in data.validation) == 8 + 2
 
 
 def test_colours_change_both_frames_alike_and_no_geometry(folder):
@@ -148,6 +166,9 @@ def test_too_few_pairs_or_too_near_are_refused(folder, tmp_path):
         TrainingData(small(), [near], HERE)
     with pytest.raises(DatasetError, match="holds no dataset"):
         TrainingData(small(), [tmp_path], HERE)
+    one = make_dataset(tmp_path / "one", shards=2, pairs=2, camera=CAMERA)
+    with pytest.raises(DatasetError, match=r"one scene: allowed are two or more"):
+        TrainingData(small(), [one], HERE)
 
 
 @pytest.mark.parametrize("workers", [0, 1])
@@ -377,7 +398,7 @@ def test_another_training_or_folder_is_refused(folder, tmp_path):
     flow = small(epochs=1, input=InputConfig(kind="flow"))
     refused(r"config.input.kind is \"rgb\" there and \"flow\"", flow)
     refused("config.decay", dataclasses.replace(config, decay="linear"))
-    another = make_dataset(tmp_path / "other", shards=2, pairs=8, camera=CAMERA, seed=5)
+    another = make_dataset(tmp_path / "other", shards=4, pairs=8, camera=CAMERA, seed=5)
     refused("different training: data.shards", folder=another)
     refused("holds a training: allowed is another folder", resume=False)
     (tmp_path / "notes").mkdir()

@@ -14,7 +14,7 @@ from synthdepth.errors import SynthdepthError
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Train:
-    """Train Pix2Pix on the split train of some datasets, and validate on unseen scenes.
+    """Train Pix2Pix on the split train of some datasets, but for some scenes of it, which validate.
 
     Stopped in any way, the same command goes on where it was. On several GPUs:
     torchrun --nproc-per-node 4 -m synthdepth train ...

@@ -84,6 +84,11 @@ class PairDataset:
         """The name of pair `number`, without reading the pair."""
         return self._rows.keys[number].as_py()
 
+    @property
+    def scenes(self) -> np.ndarray:
+        """(N, 2) int64, of each pair: which folder it is from, and which scene of it it shows."""
+        return self._rows.scenes
+
     def set_epoch(self, epoch: int) -> None:
         """Tell the transforms the number of the pass, for what they draw."""
         set_epoch_of(self._transforms, epoch)

@@ -36,12 +36,14 @@ class Rows:
         keys: (N,) names.
         shards: paths or addresses of the shards.
         shard_of: (N,) int32, places in `shards`.
+        scenes: (N, 2) int64, the place among the folders and the scene's number in it.
         members: (N, 2) int64 by file of a pair ("rgb.png"): first byte and number of bytes.
     """
 
     keys: pa.StringArray
     shards: list[str]
     shard_of: np.ndarray
+    scenes: np.ndarray
     members: Mapping[str, np.ndarray]
 
 
@@ -107,15 +109,17 @@ def read_rows(
     here = [name for name, file in FIELDS.items() if _column(file) in {c.name for c in columns}]
     fields = checked_fields(fields, here)
     files = ["meta.json", *(FIELDS[name] for name in fields)]
-    wanted = ["key", "shard", *where]
+    wanted = ["key", "shard", "scene_index", *where]
     wanted += [_column(file, what) for file in files for what in ("offset", "size")]
     tables, shards = [], []
-    for folder, index in zip(folders, indexes, strict=True):
-        table = index.read(columns=wanted)
+    for place, (folder, index) in enumerate(zip(folders, indexes, strict=True)):
+        table = index.read(columns=list(dict.fromkeys(wanted)))
         names = pc.unique(table["shard"])
         number = pc.add(pc.index_in(table["shard"], names), len(shards)).cast(pa.int32())
         shards += [within(folder, name) for name in names.to_pylist()]
-        tables.append(table.append_column("shard_of", number))
+        table = table.append_column("shard_of", number)
+        folder_of = pa.array(np.full(len(table), place))
+        tables.append(table.append_column("folder_of", folder_of))
     table = pa.concat_tables(tables)
     if not len(table):
         raise DatasetError(f"{', '.join(folders)}: no pair has been written")
@@ -124,9 +128,14 @@ def read_rows(
         file: np.stack([table[_column(file, what)].to_numpy() for what in ("offset", "size")], -1)
         for file in files
     }
-    number = table["shard_of"].to_numpy()
-    keys = table["key"].chunk(0)
-    return Rows(keys=keys, shards=shards, shard_of=number, members=offsets_sizes), fields
+    rows = Rows(
+        keys=table["key"].chunk(0),
+        shards=shards,
+        shard_of=table["shard_of"].to_numpy(),
+        scenes=np.stack([table[name].to_numpy() for name in ("folder_of", "scene_index")], -1),
+        members=offsets_sizes,
+    )
+    return rows, fields
 
 
 def checked_fields(fields: Collection[str] | None, here: list[str]) -> tuple[str, ...]:

@@ -51,7 +51,9 @@ class TrainConfig(Config):
             machine has it (AMX, tensor cores). Losses, weights and depth stay float32.
         compile: let torch compile both networks: minutes at first, then faster on a GPU.
         validate_every: epochs between validations, the last included; 0 is never.
-        validation_pairs: so many of the split "test", drawn once; 0 is all.
+        validation_share: share of the scenes of the split "train", in each dataset, that are kept
+            back to validate, at least one. The split "test" is left for the judgement.
+        validation_pairs: so many of their pairs, drawn once; 0 is all.
         max_pairs: train with so many, drawn once; 0 is all.
         log_every: steps of a line of the log.
         checkpoint_minutes: between checkpoints within an epoch; one is written at its end anyway.
@@ -76,6 +78,7 @@ class TrainConfig(Config):
     precision: str = choice("fp32", ("fp32", "bf16"))
     compile: bool = False
     validate_every: int = number(1, 0, 1_000_000)
+    validation_share: float = number(0.1, 0.0, 0.9)
     validation_pairs: int = number(200, 0, 10_000_000)
     max_pairs: int = number(0, 0, 1_000_000_000)
     log_every: int = number(50, 1, 1_000_000)

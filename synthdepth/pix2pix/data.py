@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
+import numpy as np
 import torch
 from torch.utils.data import DataLoader, Subset
 
@@ -23,10 +24,12 @@ from synthdepth.seeding import derive_seed, lane
 
 
 class TrainingData:
-    """The split "train" of some datasets, mixed anew in every epoch, and pairs of "test" beside it.
+    """The split "train" of some datasets, mixed anew in every epoch, but for some scenes of it.
 
-    The two splits share no scene. Which pairs make up a batch, and what is drawn for each,
-    depends on the seed and the epoch alone: not on workers, nor on where a training began again.
+    These, drawn by the seed in each dataset, validate: the split "test" is never read, so that a
+    model chosen by its validation has not been chosen on what it is judged by. Which pairs make
+    up a batch, and what is drawn for each, depends on the seed and the epoch alone: not on
+    workers, nor on where a training began again.
 
     Args:
         config: of the training.
@@ -36,13 +39,14 @@ class TrainingData:
     Attributes:
         identity: of the datasets: a hash of what their shards hold.
         steps: of an epoch.
-        validation: iterable of this process's batches of unseen scenes, always the same; None where
-            there is no validation.
+        validation: iterable of this process's batches of the scenes kept back, always the same;
+            None where there is no validation.
         shown: a batch of a few of them, for pictures.
 
     Raises:
         DatasetError: a folder that is no dataset, has not the split or not what the input needs,
-            saturates nearer than `coding.max_depth_m`, or has too few pairs for a step.
+            saturates nearer than `coding.max_depth_m`, has too few pairs for a step, or no scene
+            to keep back.
     """
 
     def __init__(self, config: TrainConfig, folders: Sequence[str | Path], place: Place):
@@ -53,10 +57,10 @@ class TrainingData:
         self.identity = hashlib.sha256(json.dumps(shards).encode()).hexdigest()
         self._config, self._place = config, place
 
-        self._source = PairDataset(
-            list(manifests), split="train", fields=_fields(config), transform=_train_steps(config)
-        )
-        self._pairs = _chosen(self._source, config.max_pairs, config.seed, "pairs")
+        known = {"split": "train", "fields": _fields(config)}
+        self._source = PairDataset(list(manifests), **known, transform=_train_steps(config))
+        kept_back = _kept_back(self._source.scenes, config)
+        self._pairs = _chosen(self._source, ~kept_back, config.max_pairs, config.seed, "pairs")
         self.steps = len(self._pairs) // (config.batch_size * place.ranks)
         if self.steps == 0:
             raise DatasetError(
@@ -67,7 +71,8 @@ class TrainingData:
         self._loader = _loader(self._pairs, config, place, batch_sampler=self._batches)
         self.validation = self.shown = None
         if config.validate_every:
-            self._set_validation(list(manifests))
+            source = PairDataset(list(manifests), **known, transform=_steps(config, config.seed))
+            self._set_validation(source, kept_back)
 
     @property
     def pairs(self) -> int:
@@ -89,12 +94,9 @@ class TrainingData:
         self._batches.numbers = order[first:, rank].tolist()
         return _raising(self._loader)
 
-    def _set_validation(self, folders: list[str]) -> None:
+    def _set_validation(self, source: PairDataset, kept_back: np.ndarray) -> None:
         config, place = self._config, self._place
-        source = PairDataset(
-            folders, split="test", fields=_fields(config), transform=_steps(config, config.seed)
-        )
-        chosen = _chosen(source, config.validation_pairs, config.seed, "validation")
+        chosen = _chosen(source, kept_back, config.validation_pairs, config.seed, "validation")
         count = len(chosen)
         self.shown = collate([chosen[k] for k in sorted({k * count // 4 for k in range(4)})])
         mine = Subset(chosen, range(place.rank, count, place.ranks))
@@ -150,12 +152,34 @@ def _bare(sample: Sample) -> Sample:
     )  # fmt: skip
 
 
-def _chosen(source: PairDataset, most: int, seed: int, what: str) -> Subset:
-    """All pairs, or `most` of them, drawn once and in their order."""
-    numbers = range(len(source))
-    if 0 < most < len(source):
-        numbers = sorted(lane(seed, "chosen", what).permutation(len(source))[:most].tolist())
-    return Subset(source, numbers)
+def _kept_back(scenes: np.ndarray, config: TrainConfig) -> np.ndarray:
+    """(N,) bool, the pairs of the scenes that validate: a share of each dataset's, at least one.
+
+    A dataset of one scene trains with it; one dataset must have more.
+    """
+    kept_back = np.zeros(len(scenes), bool)
+    if not config.validate_every:
+        return kept_back
+    for folder in np.unique(scenes[:, 0]):
+        here = scenes[:, 0] == folder
+        names = np.unique(scenes[here, 1])
+        count = min(max(1, round(config.validation_share * len(names))), len(names) - 1)
+        drawn = lane(config.seed, "kept back", int(folder)).permutation(names)[:count]
+        kept_back |= here & np.isin(scenes[:, 1], drawn)
+    if not kept_back.any():
+        raise DatasetError(
+            "the split train has one scene: allowed are two or more, as validation keeps scenes "
+            "back, or validate_every = 0"
+        )
+    return kept_back
+
+
+def _chosen(source: PairDataset, allowed: np.ndarray, most: int, seed: int, what: str) -> Subset:
+    """All pairs that are allowed, or `most` of them, drawn once and in their order."""
+    numbers = np.flatnonzero(allowed)
+    if 0 < most < len(numbers):
+        numbers = np.sort(lane(seed, "chosen", what).permutation(numbers)[:most])
+    return Subset(source, numbers.tolist())
 
 
 def _check_range(folder: str, manifest: dict, config: TrainConfig) -> None:

@@ -58,7 +58,7 @@ def train(
     on_progress: Callable[[int, int], None] | None = None,
     on_validation: Callable[[dict], None] | None = None,
 ) -> TrainReport:
-    """Train on the split "train" of some datasets, and validate on scenes of their split "test".
+    """Train on the split "train" of some datasets, and validate on scenes of it that are kept back.
 
     `out` gets `config.json`, `log.jsonl`, `tensorboard/`, `last.safetensors` (the training whole)
     and `best.safetensors` (the generator with the lowest Rel). Stopped in any way, the same call
