@@ -22,14 +22,17 @@ from synthdepth.pix2pix.distributed import Place
 from synthdepth.pix2pix.inputs import MakeInput
 from synthdepth.seeding import derive_seed, lane
 
+# What validates does not depend on the training's seed: so trainings differ by their models alone.
+_ANY_SEED = 0
+
 
 class TrainingData:
     """The split "train" of some datasets, mixed anew in every epoch, but for some scenes of it.
 
-    These, drawn by the seed in each dataset, validate: the split "test" is never read, so that a
-    model chosen by its validation has not been chosen on what it is judged by. Which pairs make
-    up a batch, and what is drawn for each, depends on the seed and the epoch alone: not on
-    workers, nor on where a training began again.
+    These, drawn in each dataset and the same whatever the seed, validate: the split "test" is never
+    read, so that a model chosen by its validation has not been chosen on what it is judged by.
+    Which pairs make up a batch, and what is drawn for each, depends on the seed and the epoch
+    alone: not on workers, nor on where a training began again.
 
     Args:
         config: of the training.
@@ -96,7 +99,7 @@ class TrainingData:
 
     def _set_validation(self, source: PairDataset, kept_back: np.ndarray) -> None:
         config, place = self._config, self._place
-        chosen = _chosen(source, kept_back, config.validation_pairs, config.seed, "validation")
+        chosen = _chosen(source, kept_back, config.validation_pairs, _ANY_SEED, "validation")
         count = len(chosen)
         self.shown = collate([chosen[k] for k in sorted({k * count // 4 for k in range(4)})])
         mine = Subset(chosen, range(place.rank, count, place.ranks))
@@ -164,7 +167,7 @@ def _kept_back(scenes: np.ndarray, config: TrainConfig) -> np.ndarray:
         here = scenes[:, 0] == folder
         names = np.unique(scenes[here, 1])
         count = min(max(1, round(config.validation_share * len(names))), len(names) - 1)
-        drawn = lane(config.seed, "kept back", int(folder)).permutation(names)[:count]
+        drawn = lane(_ANY_SEED, "kept back", int(folder)).permutation(names)[:count]
         kept_back |= here & np.isin(scenes[:, 1], drawn)
     if not kept_back.any():
         raise DatasetError(
