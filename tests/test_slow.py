@@ -1,7 +1,9 @@
 """Checks of minutes, at the size that users render: run with `make test-slow`."""
 
 import pytest
+import torch
 
+from synthdepth.camera import Intrinsics
 from synthdepth.dataset.manifest import read_manifest
 from synthdepth.dataset.pair import decode_pair
 from synthdepth.dataset.shard import read_members, shard_members
@@ -9,7 +11,9 @@ from synthdepth.maps.registry import build_world
 from synthdepth.production.overrides import with_overrides
 from synthdepth.production.recipe import load_recipe
 from synthdepth.production.run import render_dataset
+from tests.made import make_dataset
 from tests.raycast import Recaster
+from tests.test_tools import load
 
 pytestmark = pytest.mark.slow
 
@@ -32,3 +36,14 @@ def test_depth_of_ten_full_frames_agrees_with_an_independent_ray_caster(tmp_path
         print(f"\n{pixels} pixels: {1 - wrong / pixels:.6%} agree, {unexplained} on no edge")
     assert wrong / pixels <= 1e-3
     assert unexplained == 0
+
+
+def test_training_learns_eight_pairs_by_heart(tmp_path):
+    camera = Intrinsics.from_fov(64, 64, 90.0)
+    data = make_dataset(tmp_path / "set", shards=2, pairs=8, camera=camera)
+    program = load("overfit")
+    options = program.Options(data=data, epochs=250, ngf=16, depth=5)
+    torch.set_num_threads(1)
+    errors = program.overfit(options, tmp_path / "run")
+    assert errors["rel"] < 0.05
+    assert errors["delta_1"] > 0.96
