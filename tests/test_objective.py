@@ -34,7 +34,11 @@ def test_equation_15_and_17(rng):
 
     prediction, target = pictures(rng, 2, 1, 9, 7), pictures(rng, 2, 1, 9, 7)
     losses = objective.generator_losses(
-        fake, prediction, target, config=objective.ObjectiveConfig(), coding=DepthCoding()
+        fake,
+        prediction,
+        target,
+        config=objective.ObjectiveConfig(),
+        coding=DepthCoding(kind="linear"),
     )
     l1 = (target - prediction).abs().sum() / target.numel()
     assert torch.isclose(losses["total"], -torch.log(d_fake).mean() + 100 * l1)
@@ -153,7 +157,8 @@ def test_saturated_depth_is_exact(kind, max_depth_m):
 
 def test_codes_of_known_depths():
     depth_m = torch.tensor([0.0, 50.0, 100.0, 200.0])
-    assert DepthCoding().encode(depth_m).tolist() == [-1.0, -0.5, 0.0, 1.0]
+    linear = DepthCoding(kind="linear")
+    assert linear.encode(depth_m).tolist() == [-1.0, -0.5, 0.0, 1.0]
     log = DepthCoding(kind="log", max_depth_m=100.0, min_depth_m=0.01)
     expected = torch.tensor([-1.0, -0.5, 0.0, 0.5, 1.0])
     found = log.encode(torch.tensor([0.0, 0.1, 1.0, 10.0, 100.0]))

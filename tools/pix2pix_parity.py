@@ -91,7 +91,7 @@ class Ours:
         with self.half:
             fake_logits = self.discriminator(image, fake)
         losses = generator_losses(
-            fake_logits, fake, depth, config=ObjectiveConfig(), coding=DepthCoding()
+            fake_logits, fake, depth, config=ObjectiveConfig(), coding=DepthCoding(kind="linear")
         )
         generator_adam.zero_grad()
         losses["total"].backward()

@@ -19,6 +19,7 @@ import tyro
 from synthdepth.pix2pix.config import train_config
 from synthdepth.pix2pix.train import train
 
+# The paper's coding, and no average of the weights.
 BASE = {
     "input.kind": "rgb",
     "generator.ngf": 16,
@@ -27,6 +28,8 @@ BASE = {
     "batch_size": 8,
     "precision": "bf16",
     "validation_pairs": 0,
+    "coding.kind": "linear",
+    "ema": 0.0,
 }
 VARIANTS = {
     "base": {},

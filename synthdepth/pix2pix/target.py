@@ -17,14 +17,14 @@ class DepthCoding(Config):
     """The code t of a depth d.
 
     Attributes:
-        kind: "linear", t = 2 d / max - 1 (the paper's depth image), or
-            "log", t = 1 + 2 ln(d / max) / ln(max / min), the same share of error at each distance.
+        kind: "log", t = 1 + 2 ln(d / max) / ln(max / min), the same share of error at each
+            distance, or "linear", t = 2 d / max - 1 (the paper's depth image).
         max_depth_m: t = 1, exactly: depth saturates there.
         min_depth_m: "log": t = -1; nearer counts as this near. Nothing decodes to nearer, so that
             relative errors stay defined.
     """
 
-    kind: str = choice("linear", ("linear", "log"))
+    kind: str = choice("log", ("linear", "log"))
     max_depth_m: float = number(200.0, 1e-3, 1e6)
     min_depth_m: float = number(0.1, 1e-6, 1e6)
 
