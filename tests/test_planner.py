@@ -103,9 +103,13 @@ def scene(near_m=20.0, far_m=200.0, **open_part):
 )
 def test_the_open_side_is_chosen(rule, opening, axis, sign):
     now = situation(altitude=30.0)
-    velocity = planner(rule=rule).command(scene(**opening), 200.0, now).velocity_mps[0]
+    command = planner(rule=rule).command(scene(**opening), 200.0, now)
+    velocity = command.velocity_mps[0]
     assert sign * velocity[axis] > 4
     assert abs(velocity[3 - axis]) < 1e-9
+    # The section that it tells is the one that it flies to: x forward, y left, z up.
+    right, down, forward = section_rays(CAMERA)[tuple(command.section[0])]
+    np.testing.assert_allclose(velocity / 20.0, [forward, -right, -down], atol=1e-9)
 
 
 def test_a_camera_of_ten_metres_does_not_see_the_wall():

@@ -30,9 +30,10 @@ from synthdepth.simulate.outcome import (
     wilson_interval,
 )
 from synthdepth.simulate.planner import PlannerConfig
-from synthdepth.simulate.run import FLIGHTS, RESULTS, TABLE, Stage, read_flights, simulate
+from synthdepth.simulate.run import HTML, MARKDOWN, Stage, simulate
 from synthdepth.simulate.scenario import Scenario, ScenarioRanges, draw_scenario
 from synthdepth.simulate.sources import Blind, DepthCamera, Predicted, make_source, parse_source
+from synthdepth.simulate.store import FLIGHTS, MAPS, RESULTS, TABLE, read_flights
 from tests.conftest import flat_world, ground, wall
 
 CAMERA = Intrinsics.from_fov(36, 36, 90.0)
@@ -97,6 +98,7 @@ def ask(number=0, *, start=(0.0, 0.0, 8.0), goal=(80.0, 0.0, 8.0), speed=20.0, l
         speed_mps=speed,
         time_limit_s=limit,
         blocked_by=None,
+        shortest_m=math.dist(start[:2], goal[:2]) - 5,
     )
 
 
@@ -291,7 +293,9 @@ def test_wilson_intervals_and_mcnemar_are_those_of_scipy(count, total):
 def outcome(source, scenario, end):
     fields = {f.name: None for f in dataclasses.fields(Outcome)}
     given = {"map": "blocks", "scene_index": 0, "source": source, "scenario": scenario, "end": end}
-    figures = {"time_s": 2.0, "goal_speed_mps": 5.0, "clearance_m": 1.0, "effort_m_s3": 3.0}
+    collided = end == "collision"
+    figures = {"time_s": 2.0, "goal_speed_mps": 5.0, "effort_m_s3": 3.0}
+    figures |= {"clearance_m": 0.0 if collided else 1.0, "hit_speed_mps": 9.0 if collided else None}
     return Outcome(**fields | given | figures | {"hit": "wire" if end == "collision" else None})
 
 
@@ -301,7 +305,7 @@ def test_summaries_count_and_compare_the_same_scenarios():
     ten, far = summarise(flights)
     assert (ten.collision.value, far.collision.value, far.time.count) == (0.6, 0.1, 1)
     assert (ten.hits, far.goal.flights) == ({"wire": 6}, 10)
-    assert ten.time_to_collision_s == 2.0
+    assert (ten.time_to_collision_s, ten.hit_speed_mps, ten.clearance_m) == (2.0, 9.0, 1.0)
     (both,) = compare_sources(flights)
     assert (both.only_one, both.only_other, both.scenarios) == (6, 1, 10)
     assert both.p == pytest.approx(stats.binomtest(1, 7).pvalue)
@@ -343,7 +347,11 @@ def run(folder, **options):
 
 
 def files(folder):
-    return {name: (Path(folder) / name).read_bytes() for name in (FLIGHTS, RESULTS, TABLE)}
+    """All that must have the same bytes every time: everything but what tells times."""
+    maps = sorted((Path(folder) / MAPS).iterdir())
+    assert len(maps) == 4
+    paths = [Path(folder) / name for name in (FLIGHTS, RESULTS, TABLE)] + maps
+    return {path.name: path.read_bytes() for path in paths}
 
 
 @pytest.fixture(scope="module")
@@ -365,14 +373,23 @@ def test_the_number_of_workers_changes_nothing(finished, tmp_path):
 def test_sources_fly_the_same_scenarios_and_blind_ones_crash_where_the_way_is_blocked(finished):
     flights = read_flights(finished / FLIGHTS)
     one, other = flights[:7], flights[7:]
+    for f in one:
+        shortest = f.straight_m - SHORT.scenario.goal_radius_m
+        assert f.shortest_m == pytest.approx(shortest, abs=1e-3 if f.blocked_by is None else 30)
+        assert f.shortest_m > shortest - 1e-3
+        if f.end == "goal":
+            assert f.excess == pytest.approx(f.way_m / f.shortest_m - 1, abs=1e-4)
     strip = [dataclasses.replace(f, source="") for f in one]
     assert strip == [dataclasses.replace(f, source="") for f in other]
     assert {f.source for f in other} == {"other"}
     assert len({tuple(f.start_m) for f in one}) == 7
     results = json.loads((finished / RESULTS).read_text())
+    assert results["summaries"][0]["clearance_m"] > 0
     assert results["comparisons"][0]["p"] == 1.0
     assert results["paper_table_6"]["city"]["200 m"] == 26.0
     assert len((finished / TABLE).read_text().splitlines()) == 4
+    assert "7 flights of each of 2 sources" in (finished / HTML).read_text()
+    assert (finished / MARKDOWN).read_text().startswith("# Flights on tiny")
 
 
 class Killed(Exception):

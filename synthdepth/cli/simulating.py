@@ -1,9 +1,11 @@
-"""The command that flies: collision rates of depth sources."""
+"""The commands that fly: collision rates of depth sources, and single flights again."""
 
 import dataclasses
 import functools
 from pathlib import Path
 from typing import Literal
+
+import tyro
 
 from synthdepth.console import progress_bar, say, write_json
 
@@ -53,7 +55,6 @@ class Simulate:
 
     def run(self) -> int:
         """Do it; returns the exit code."""
-        from synthdepth.maps.registry import build_world
         from synthdepth.production.overrides import with_overrides
         from synthdepth.production.pool import run_jobs
         from synthdepth.production.recipe import load_recipe
@@ -62,19 +63,11 @@ class Simulate:
         from synthdepth.simulate.drone import DroneConfig
         from synthdepth.simulate.flight import Rules
         from synthdepth.simulate.planner import PlannerConfig
-        from synthdepth.simulate.run import Stage, simulate
+        from synthdepth.simulate.run import simulate
         from synthdepth.simulate.scenario import ScenarioRanges
         from synthdepth.simulate.sources import parse_source
 
         recipe = with_overrides(load_recipe(self.map), size=self.size, conditions=self.conditions)
-        stage = Stage(
-            map=recipe.map,
-            build=functools.partial(build_world, recipe.map, recipe.scene, recipe.light),
-            camera=recipe.camera.intrinsics(),
-            sensor=recipe.sensor,
-            render=recipe.render,
-            recipe=recipe.as_dict(),
-        )
         rules = Rules(
             drone=DroneConfig(latency_s=self.latency_s),
             planner=PlannerConfig(rule=self.rule, goal_pull=self.goal_pull, speed=self.speed),
@@ -86,7 +79,7 @@ class Simulate:
         try:
             with progress_bar("flying", "flights") as progress:
                 report = simulate(
-                    stage,
+                    stage_of(recipe),
                     out,
                     flights=self.flights,
                     sources=sources,
@@ -103,6 +96,88 @@ class Simulate:
             say(f"\nstopped: finished flights in {out} are safe; the same command goes on")
             return 130
         say(report.text)
-        say(f"{out}: {report.flown} flights flown now in {report.wall_s:.0f} s")
+        say(f"{out}/report.html: {report.flown} flights flown now in {report.wall_s:.0f} s")
         write_json(self.json, dataclasses.asdict(report))
         return 0
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Replay:
+    """Fly a flight of a simulation again, exactly, and show it as a video or in 3D.
+
+    A video has the camera's picture, the depth that was seen with the section that was flown to,
+    and the flight from above.
+    """
+
+    folder: tyro.conf.Positional[Path]
+    """Folder of the simulation."""
+    source: str
+    """Which source flew it."""
+    scene: int = 0
+    """In which scene; its number, as report.html and flights.jsonl have it."""
+    scenario: int = 0
+    """Which scenario of the scene."""
+    out: Path = Path("flight.mp4")
+    """A video (.mp4), or a recording for the Rerun viewer (.rrd)."""
+    variant: Literal["cuda", "llvm", "scalar"] | None = None
+    """How Mitsuba computes; by default the best that works here."""
+
+    def run(self) -> int:
+        """Do it; returns the exit code."""
+        from synthdepth.errors import SynthdepthError
+        from synthdepth.production.recipe import recipe_from_table
+        from synthdepth.render.backend import activate, choose
+        from synthdepth.simulate.replay import Replay
+        from synthdepth.simulate.store import read_settings
+        from synthdepth.simulate.tables import ended
+
+        write = _writer_of(self.out)
+        if not self.out.parent.is_dir():
+            raise SynthdepthError(f"--out {self.out}: the folder {self.out.parent} does not exist")
+        recipe = recipe_from_table(read_settings(self.folder)["recipe"], str(self.folder))
+        activate(choose(self.variant))
+        flight = Replay(
+            stage_of(recipe),
+            self.folder,
+            source=self.source,
+            scene_index=self.scene,
+            scenario=self.scenario,
+        )
+        with progress_bar("flying", "frames") as progress:
+            frames = write(flight, self.out, progress)
+        say(f"{self.out}: {frames} frames; as recorded, it {ended(flight.recorded)}")
+        return 0
+
+
+def _writer_of(out: Path):
+    """What writes such a file: (replay, out, on_progress) -> number of frames."""
+    from synthdepth.errors import SynthdepthError
+
+    if out.suffix == ".mp4":
+        from synthdepth.simulate.film import write_film
+
+        return write_film
+    if out.suffix != ".rrd":
+        raise SynthdepthError(f"--out {out}: allowed is a file name that ends in .mp4 or .rrd")
+    try:
+        from synthdepth.view.flight_recording import write_flight_recording
+    except ModuleNotFoundError as error:
+        if error.name.partition(".")[0] != "rerun":
+            raise
+        raise SynthdepthError("Rerun is not installed: pip install 'synthdepth[view]'") from None
+    return write_flight_recording
+
+
+def stage_of(recipe):
+    """The `synthdepth.simulate.run.Stage` of a `synthdepth.production.recipe.Recipe`."""
+    from synthdepth.maps.registry import build_world
+    from synthdepth.simulate.run import Stage
+
+    return Stage(
+        map=recipe.map,
+        build=functools.partial(build_world, recipe.map, recipe.scene, recipe.light),
+        camera=recipe.camera.intrinsics(),
+        sensor=recipe.sensor,
+        render=recipe.render,
+        recipe=recipe.as_dict(),
+    )

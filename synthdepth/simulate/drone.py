@@ -73,10 +73,12 @@ class Command:
     Attributes:
         velocity_mps: (n, 3) float64, world axes.
         yaw_rad: (n,) float64, from +X, counter-clockwise.
+        section: (n, 2) int64 row and column of the sections flown to; None where nobody asked.
     """
 
     velocity_mps: np.ndarray
     yaw_rad: np.ndarray
+    section: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -54,7 +54,8 @@ class Eyes:
 
     Attributes:
         camera: likewise.
-        spent_s: time spent so far, on loading the scene and rendering.
+        loading_s: time spent on loading the scene.
+        spent_s: time spent so far on rendering.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class Eyes:
     ):
         self._load, self._renderer, self.camera = load, None, camera
         self._scene_seed, self._at_night = scene_seed, at_night
-        self.spent_s = 0.0
+        self.loading_s = self.spent_s = 0.0
         self._ranges, self._sensors = sensor, {}
         self._max_depth_m, self._frame_interval_s = max_depth_m, frame_interval_s
 
@@ -89,6 +90,8 @@ class Eyes:
         start = time.perf_counter()
         if sees != "nothing" and self._renderer is None:
             self._renderer, self._load = self._load(), None
+            self.loading_s = time.perf_counter() - start
+            start = time.perf_counter()
         if sees == "depth":
             depth = saturate(self._renderer.planar_depth(look.world_from_cam), self._max_depth_m)
         elif sees == "rgb":

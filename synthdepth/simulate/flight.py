@@ -59,6 +59,25 @@ class Place:
     eyes: Eyes
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Decision:
+    """What a flight decided by a picture.
+
+    Attributes:
+        look: the moment.
+        sample: what the source was shown.
+        depth_m: (H, W) [m], what it said.
+        section: row and column of the section that is flown to.
+        goal_m: (3,) float64.
+    """
+
+    look: Look
+    sample: Sample
+    depth_m: np.ndarray
+    section: tuple[int, int]
+    goal_m: np.ndarray
+
+
 @dataclasses.dataclass(kw_only=True)
 class _Airborne:
     """A flight in the air.
@@ -101,7 +120,11 @@ class _Ending:
 
 
 def fly(
-    scenarios: Iterable[Scenario], source: DepthSource, place: Place, rules: Rules
+    scenarios: Iterable[Scenario],
+    source: DepthSource,
+    place: Place,
+    rules: Rules,
+    watch: Callable[[Decision], None] = lambda decision: None,
 ) -> Iterator[dict]:
     """Fly some scenarios of a scene with one depth source.
 
@@ -112,6 +135,7 @@ def fly(
         source: of depth.
         place: the scene.
         rules: how they fly.
+        watch: told of each decision.
 
     Yields:
         The fields of an `Outcome` but `source`, as each flight ends.
@@ -122,7 +146,7 @@ def fly(
     while waiting or active:
         while waiting and len(active) < rules.lockstep:
             active.append(_take_off(waiting.popleft(), rules.drone))
-        _decide(active, source, planner, place, rules.drone)
+        _decide(active, source, planner, place, rules.drone, watch)
         motion = _move(active, rules.drone)
         contacts = _contacts(active, motion, place.mesh, rules.drone)
         endings = []
@@ -152,8 +176,9 @@ def _take_off(scenario: Scenario, drone: DroneConfig) -> _Airborne:
     )
 
 
-def _decide(active, source, planner: Planner, place: Place, drone: DroneConfig) -> None:
+def _decide(active, source, planner: Planner, place: Place, drone: DroneConfig, watch) -> None:
     """Take a picture on each flight and add a command to what it is told."""
+    looks = []
     position = np.stack([flight.position_m for flight in active])
     altitude = position[:, 2] - place.ground_m(position[:, :2])
     for flight, above in zip(active, altitude.tolist(), strict=True):
@@ -166,10 +191,12 @@ def _decide(active, source, planner: Planner, place: Place, drone: DroneConfig) 
             yaw_rate=flight.yaw_rate,
             altitude_m=above,
         )
+        looks.append(look)
         flight.seen = place.eyes.sample(source.sees, look, flight.seen)
         flight.track.append([round(x, 2) for x in flight.position_m.tolist()])
+    depth_m = source.depth_m([flight.seen for flight in active])
     command = planner.command(
-        source.depth_m([flight.seen for flight in active]),
+        depth_m,
         source.max_depth_m,
         Situation(
             position_m=position,
@@ -182,6 +209,16 @@ def _decide(active, source, planner: Planner, place: Place, drone: DroneConfig) 
     for k, flight in enumerate(active):
         flight.told.appendleft(np.array([*command.velocity_mps[k], command.yaw_rad[k]]))
         flight.frame += 1
+        row, column = command.section[k].tolist()
+        watch(
+            Decision(
+                look=looks[k],
+                sample=flight.seen,
+                depth_m=depth_m[k],
+                section=(row, column),
+                goal_m=flight.scenario.goal_m,
+            )
+        )
 
 
 def _move(active: list[_Airborne], drone: DroneConfig) -> Motion:
@@ -330,10 +367,11 @@ def _outcome(flight: _Airborne, ending: _Ending, place: Place, drone: DroneConfi
         "time_s": round(time, 4),
         "way_m": round(flight.way_m, 3),
         "straight_m": round(scenario.straight_m, 3),
+        "shortest_m": scenario.shortest_m,
         "left_m": round(left, 3),
         "goal_speed_mps": round((scenario.straight_m - left) / max(time, drone.step_s), 4),
-        "excess": round(flight.way_m / (scenario.straight_m - left) - 1, 4)
-        if ending.end == "goal"
+        "excess": round(flight.way_m / scenario.shortest_m - 1, 4)
+        if ending.end == "goal" and scenario.shortest_m
         else None,
         "clearance_m": 0.0 if collided else round(flight.near_m - drone.radius_m, 4),
         "effort_m_s3": round(flight.effort / max(flight.way_m, 1e-9), 4),

@@ -3,12 +3,13 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from statistics import NormalDist
 
 ENDS = ("goal", "collision", "time", "bounds")
 
 # Table 6 of the paper: collision rate [%] of 400 flights a map in AirSim.
+TABLE_6_FLIGHTS = 400
 TABLE_6_SOURCES = ("10 m", "200 m", "Shimada et al.: RGB only", "the paper: embedded flow")
 TABLE_6 = {
     "blocks": (58.75, 7.0, 17.5, 14.5),
@@ -33,9 +34,11 @@ class Outcome:
         time_s: how long it flew.
         way_m: how far it flew.
         straight_m: horizontal distance from start to goal.
+        shortest_m: length of the shortest free way from start to the goal's circle, see
+            `shortest.shortest_way`; None where none was found.
         left_m: likewise from its end to the goal.
         goal_speed_mps: distance won towards the goal, by the time.
-        excess: way over the straight one, less 1; None where it did not arrive.
+        excess: way over the shortest free one, less 1; None where it did not arrive.
         clearance_m: least distance from the drone's surface to anything, told up to 5 m.
         effort_m_s3: integral of the squared acceleration, by the way: smooth flights have little.
         latency_s: from a frame to its command's effect.
@@ -56,6 +59,7 @@ class Outcome:
     time_s: float
     way_m: float
     straight_m: float
+    shortest_m: float | None
     left_m: float
     goal_speed_mps: float
     excess: float | None
@@ -104,8 +108,9 @@ class Summary:
         goal, time, bounds: shares of the other ends.
         hits: how often each label was hit, most often first.
         excess: mean of flights that arrived.
-        goal_speed_mps, clearance_m, effort_m_s3: means of all flights.
-        time_to_collision_s: mean of flights that collided.
+        clearance_m: mean of flights that did not collide.
+        goal_speed_mps, effort_m_s3: means of all flights.
+        time_to_collision_s, hit_speed_mps: means of flights that collided.
     """
 
     map: str
@@ -117,10 +122,11 @@ class Summary:
     bounds: Rate
     hits: dict[str, int]
     excess: float | None
-    goal_speed_mps: float | None
     clearance_m: float | None
+    goal_speed_mps: float | None
     effort_m_s3: float | None
     time_to_collision_s: float | None
+    hit_speed_mps: float | None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -209,36 +215,6 @@ def compare_sources(outcomes: Iterable[Outcome]) -> list[Comparison]:
     return comparisons
 
 
-def table(summaries: Sequence[Summary], comparisons: Sequence[Comparison]) -> str:
-    """The results as text for people, with the paper's table 6 beside."""
-    lines = [
-        f"{'map':14s} {'source':24s} {'flights':>7s} {'collision rate [95 %]':>25s} {'goal':>7s} "
-        f"{'time':>7s} {'bounds':>7s} {'excess':>7s} {'m/s':>6s} {'effort':>7s}  hit"
-    ]
-    for s in summaries:
-        c = s.collision
-        ends = " ".join(f"{100 * r.value:6.1f}%" for r in (s.goal, s.time, s.bounds))
-        hits = ", ".join(f"{label} {count}" for label, count in s.hits.items())
-        lines.append(
-            f"{s.map:14s} {s.source[-24:]:24s} {s.flights:7d} "
-            f"{100 * c.value:8.2f} % [{100 * c.low:5.1f}, {100 * c.high:5.1f}] {ends} "
-            f"{_shown(s.excess, 7)} {_shown(s.goal_speed_mps, 6)} {_shown(s.effort_m_s3, 7)}  "
-            f"{hits}".rstrip()
-        )
-    for name in dict.fromkeys(s.map for s in summaries if s.map in TABLE_6):
-        values = zip(TABLE_6_SOURCES, TABLE_6[name], strict=True)
-        lines.append(
-            f"paper, {name} (400 flights in AirSim): "
-            + ", ".join(f"{source} {value:g} %" for source, value in values)
-        )
-    for c in comparisons:
-        lines.append(
-            f"{c.map}: of {c.scenarios} scenarios {c.one} alone crashed in {c.only_one}, {c.other} "
-            f"alone in {c.only_other} (McNemar p = {c.p:.3g})"
-        )
-    return "\n".join(lines)
-
-
 def _summary(map_name: str, source: str, flights: list[Outcome]) -> Summary:
     ends = {end: rate(sum(f.end == end for f in flights), len(flights)) for end in ENDS}
     labels = [f.hit for f in flights if f.hit is not None]
@@ -250,17 +226,14 @@ def _summary(map_name: str, source: str, flights: list[Outcome]) -> Summary:
         **ends,
         hits=dict(sorted(hits.items(), key=lambda item: -item[1])),
         excess=_mean(f.excess for f in flights),
+        clearance_m=_mean(f.clearance_m for f in flights if f.end != "collision"),
         goal_speed_mps=_mean(f.goal_speed_mps for f in flights),
-        clearance_m=_mean(f.clearance_m for f in flights),
         effort_m_s3=_mean(f.effort_m_s3 for f in flights),
         time_to_collision_s=_mean(f.time_s for f in flights if f.end == "collision"),
+        hit_speed_mps=_mean(f.hit_speed_mps for f in flights),
     )
 
 
 def _mean(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return math.fsum(known) / len(known) if known else None
-
-
-def _shown(value: float | None, width: int) -> str:
-    return "-".rjust(width) if value is None else f"{value:{width}.2f}"

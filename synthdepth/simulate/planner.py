@@ -149,7 +149,11 @@ class Planner:
             speed = np.minimum(self.halting_mps(least), cruise)
         velocity = speed[:, None] * ray
         velocity[:, 2] = np.clip(velocity[:, 2], *climb)
-        return Command(velocity_mps=velocity, yaw_rad=np.arctan2(ray[:, 1], ray[:, 0]))
+        return Command(
+            velocity_mps=velocity,
+            yaw_rad=np.arctan2(ray[:, 1], ray[:, 0]),
+            section=np.stack([row, column], axis=-1),
+        )
 
     def choose(self, sight: Sight, flyable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Row and column (n,) int64 each of the chosen sections.

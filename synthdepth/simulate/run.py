@@ -1,26 +1,23 @@
 """The job: scenes, scenarios and sources, flown by worker processes; can be stopped and goes on."""
 
-import contextlib
 import dataclasses
-import fcntl
 import functools
 import json
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from synthdepth.camera import Intrinsics
-from synthdepth.dataset.shard import write_error, write_whole
-from synthdepth.errors import DatasetError, SynthdepthError
+from synthdepth.dataset.shard import write_whole
+from synthdepth.errors import SynthdepthError
 from synthdepth.maps.world import World
 from synthdepth.render.backend import Backend, activate
 from synthdepth.render.sensor import SensorRanges
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import derive_seed
 from synthdepth.simulate.flight import Rules
+from synthdepth.simulate.markdown import markdown, text_table
 from synthdepth.simulate.outcome import (
     TABLE_6,
     TABLE_6_SOURCES,
@@ -29,13 +26,29 @@ from synthdepth.simulate.outcome import (
     Summary,
     compare_sources,
     summarise,
-    table,
 )
+from synthdepth.simulate.report import MAPS_SHOWN, html_page
 from synthdepth.simulate.scene import SceneFlights, TimedSource
 from synthdepth.simulate.sources import SourceName, make_source
+from synthdepth.simulate.spent import Spent, read_spent, spent_line
+from synthdepth.simulate.store import (
+    FLIGHTS,
+    RESULTS,
+    SCENES,
+    TABLE,
+    TIMES,
+    append,
+    claim,
+    flown,
+    locked,
+    plain,
+    read_map,
+    scene_file,
+    write_map,
+)
+from synthdepth.simulate.tables import Results
 
-SETTINGS, FLIGHTS, RESULTS, TABLE = "simulation.json", "flights.jsonl", "results.json", "table.txt"
-_SCENES = "scenes"
+MARKDOWN, HTML = "report.md", "report.html"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -57,30 +70,6 @@ class Stage:
     sensor: SensorRanges
     render: RenderSettings
     recipe: Mapping
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Spent:
-    """Where workers' time went [s].
-
-    Attributes:
-        build_s: scenes, their scenarios and the trees of triangles.
-        sight_s: loading scenes into the renderer, and rendering what the sources see.
-        depth_s: the sources' own work.
-        rest_s: planning, motion, contacts, results.
-    """
-
-    build_s: float = 0.0
-    sight_s: float = 0.0
-    depth_s: float = 0.0
-    rest_s: float = 0.0
-
-    def __add__(self, other: "Spent") -> "Spent":
-        sums = (
-            a + b
-            for a, b in zip(dataclasses.astuple(self), dataclasses.astuple(other), strict=True)
-        )
-        return Spent(**dict(zip(dataclasses.asdict(self), sums, strict=True)))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -170,27 +159,26 @@ def simulate(
     started, folder, rules = time.perf_counter(), Path(folder), rules or Rules()
     jobs = plan_scenes(stage.map, seed, flights, flights_per_scene, sources)
     settings = {
-        "format": 1,
         "seed": seed,
         "flights_per_scene": flights_per_scene,
-        "rules": _plain(dataclasses.asdict(rules)),
+        "rules": dataclasses.asdict(rules),
         "camera": dataclasses.asdict(stage.camera),
-        "recipe": _plain(stage.recipe),
+        "recipe": stage.recipe,
     }
-    with _locked(folder):
-        _claim(folder, settings, sources)
+    with locked(folder):
+        claim(folder, settings, sources)
         wanted = {job.scene_index: job.flights for job in jobs}
         total = sum(map(len, wanted.values()))
 
         def count() -> int:
             return sum(
-                len(wanted[job.scene_index] & _flown(_scene_file(folder, stage, job)).keys())
+                len(wanted[job.scene_index] & flown(_scene_file(folder, stage, job)).keys())
                 for job in jobs
             )
 
         before = done = count()
         on_progress(done, total)
-        todo = [job for job in jobs if job.flights - _flown(_scene_file(folder, stage, job)).keys()]
+        todo = [job for job in jobs if job.flights - flown(_scene_file(folder, stage, job)).keys()]
         work = functools.partial(
             fly_scene, stage=stage, folder=folder, rules=rules, backend=backend, threads=threads
         )
@@ -204,17 +192,24 @@ def simulate(
                 progress[event.job] = event.done
             on_progress(done, total)
         outcomes = _gather(folder, stage, jobs, sources)
-        summaries, comparisons = summarise(outcomes), compare_sources(outcomes)
-        text = table(summaries, comparisons)
-        _write_results(folder, outcomes, summaries, comparisons, text)
+        results = Results(
+            map=stage.map,
+            settings=plain(settings) | {"sources": {s.name: s.what for s in sources}},
+            outcomes=outcomes,
+            summaries=summarise(outcomes),
+            comparisons=compare_sources(outcomes),
+            spent=read_spent(sorted((folder / TIMES).glob("*.jsonl"))),
+            maps=[read_map(folder, stage.map, job.scene_index) for job in jobs[:MAPS_SHOWN]],
+        )
+        _write_results(folder, results)
     return SimulationReport(
         folder=folder,
         flown=len(outcomes) - before,
         wall_s=time.perf_counter() - started,
         spent=spent,
-        summaries=summaries,
-        comparisons=comparisons,
-        text=text,
+        summaries=results.summaries,
+        comparisons=results.comparisons,
+        text=text_table(results),
     )
 
 
@@ -261,72 +256,48 @@ def fly_scene(
     """What a worker does: the flights of a scene that its file lacks, a line each as it ends."""
     if backend is not None:
         activate(backend, threads)
-    start = time.perf_counter()
     path = _scene_file(folder, stage, job)
-    there = _flown(path, mend=True)
-    scene = SceneFlights(stage, job.scene_index, job.scene_seed, job.scenarios, rules)
-    build_s, done = time.perf_counter() - start, 0
-    depth_s = 0.0
+    times = scene_file(folder, TIMES, stage.map, job.scene_index, ".jsonl")
+    there = flown(path, mend=True)
+    numbers = range(job.scenarios)
+    scene = SceneFlights(stage, job.scene_index, job.scene_seed, numbers, rules)
+    write_map(folder, stage.map, job.scene_index, scene.view, scene.condition)
+    total, done = Spent(build_s=scene.build_s, survey_s=scene.survey_s), 0
+    append(times, spent_line("", total))
     for named in job.sources:
-        missing = [k for k in range(job.scenarios) if (named.name, k) not in there]
+        missing = [k for k in numbers if (named.name, k) not in there]
         if not missing:
             continue
+        start, eyes, frames = time.perf_counter(), scene.place.eyes, 0
+        loading_s, sight_s = eyes.loading_s, eyes.spent_s
         source = TimedSource(make_source(named, batch=rules.batch, threads=threads))
         for fields in scene.fly(source, missing):
             outcome = Outcome(source=named.name, **fields)
-            _append(path, json.dumps(dataclasses.asdict(outcome)).encode() + b"\n")
+            append(path, json.dumps(dataclasses.asdict(outcome)).encode() + b"\n")
+            frames += len(outcome.track_m)
             done += 1
             report(done)
-        depth_s += source.spent_s
-    rest_s = time.perf_counter() - start - build_s - scene.sight_s - depth_s
-    return Spent(build_s=build_s, sight_s=scene.sight_s, depth_s=depth_s, rest_s=rest_s)
-
-
-def read_flights(path: Path) -> list[Outcome]:
-    """The flights of a `flights.jsonl`.
-
-    Raises:
-        DatasetError: it cannot be read, or holds something else.
-    """
-    try:
-        return [Outcome(**json.loads(line)) for line in path.read_bytes().splitlines()]
-    except OSError as error:
-        raise DatasetError(f"{path} cannot be read: {error.strerror}") from None
-    except (ValueError, TypeError):
-        raise DatasetError(f"{path} holds no flights: allowed is what simulate wrote") from None
+        load = Spent(load_s=eyes.loading_s - loading_s)
+        spent = Spent(
+            flights=len(missing), frames=frames, sight_s=eyes.spent_s - sight_s,
+            depth_s=source.spent_s,
+        )  # fmt: skip
+        rest_s = time.perf_counter() - start - load.load_s - spent.sight_s - spent.depth_s
+        spent += Spent(physics_s=rest_s)
+        append(times, spent_line("", load) + spent_line(named.name, spent))
+        total += load + spent
+    return total
 
 
 def _scene_file(folder: Path, stage: Stage, job: SceneJob) -> Path:
-    return folder / _SCENES / f"{stage.map}-s{job.scene_index:05d}.jsonl"
-
-
-def _flown(path: Path, mend: bool = False) -> dict[tuple[str, int], dict]:
-    """The flights of a scene's file by source and scenario; a line that a kill cut short is none.
-
-    With `mend` such a line is removed.
-    """
-    if not path.exists():
-        return {}
-    data = path.read_bytes()
-    whole = data[: data.rfind(b"\n") + 1]
-    if mend and whole != data:
-        write_whole(path, whole)
-    records = [json.loads(line) for line in whole.splitlines()]
-    return {(record["source"], record["scenario"]): record for record in records}
-
-
-def _append(path: Path, line: bytes) -> None:
-    with _naming(path), open(path, "ab") as file:
-        file.write(line)
-        file.flush()
-        os.fsync(file.fileno())
+    return scene_file(folder, SCENES, stage.map, job.scene_index, ".jsonl")
 
 
 def _gather(folder, stage, jobs, sources) -> list[Outcome]:
     """All flights that were asked for, in the order of sources, scenes and scenarios."""
     records: dict[tuple[int, str, int], dict] = {}
     for job in jobs:
-        for (source, k), record in _flown(_scene_file(folder, stage, job)).items():
+        for (source, k), record in flown(_scene_file(folder, stage, job)).items():
             records[job.scene_index, source, k] = record
     return [
         Outcome(**records[job.scene_index, source.name, k])
@@ -336,75 +307,17 @@ def _gather(folder, stage, jobs, sources) -> list[Outcome]:
     ]
 
 
-def _write_results(folder, outcomes, summaries, comparisons, text) -> None:
-    lines = "".join(json.dumps(dataclasses.asdict(outcome)) + "\n" for outcome in outcomes)
-    results = {
-        "summaries": [dataclasses.asdict(summary) for summary in summaries],
-        "comparisons": [dataclasses.asdict(comparison) for comparison in comparisons],
+def _write_results(folder: Path, results: Results) -> None:
+    lines = "".join(json.dumps(dataclasses.asdict(outcome)) + "\n" for outcome in results.outcomes)
+    figures = {
+        "summaries": [dataclasses.asdict(summary) for summary in results.summaries],
+        "comparisons": [dataclasses.asdict(comparison) for comparison in results.comparisons],
         "paper_table_6": {
             name: dict(zip(TABLE_6_SOURCES, rates, strict=True)) for name, rates in TABLE_6.items()
         },
     }
     write_whole(folder / FLIGHTS, lines.encode())
-    write_whole(folder / RESULTS, (json.dumps(results, indent=1) + "\n").encode())
-    write_whole(folder / TABLE, (text + "\n").encode())
-
-
-def _claim(folder: Path, settings: dict, sources: Sequence[SourceName]) -> None:
-    """Write what the folder is for, or see that it is for the same."""
-    path = folder / SETTINGS
-    models = {source.name: dataclasses.asdict(source) for source in sources}
-    if path.exists():
-        try:
-            there = json.loads(path.read_bytes())
-            known = there.pop("sources")
-        except (OSError, ValueError, KeyError):
-            raise DatasetError(f"{path} cannot be read: choose another --out") from None
-        for name, value in settings.items():
-            if there.get(name) != value:
-                raise DatasetError(
-                    f"{folder} holds flights with another {name.replace('_', ' ')}: "
-                    "choose another --out"
-                )
-        for name in models.keys() & known.keys():
-            if models[name] != known[name]:
-                raise DatasetError(
-                    f"{folder} holds flights of another source {name!r}: name this one "
-                    "otherwise (name=path) or choose another --out"
-                )
-        models = known | models
-    elif strangers := sorted(entry.name for entry in folder.iterdir()):
-        raise DatasetError(
-            f"{folder} holds {strangers[0]!r} and no simulation: choose an empty or new --out"
-        )
-    with _naming(path):
-        (folder / _SCENES).mkdir(exist_ok=True)
-    write_whole(path, (json.dumps(settings | {"sources": models}, indent=1) + "\n").encode())
-
-
-@contextlib.contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Make the folder and keep other runs out of it."""
-    with _naming(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    except BlockingIOError:
-        raise DatasetError(f"another run is writing to {folder}: wait for it or stop it") from None
-    finally:
-        os.close(handle)
-
-
-@contextlib.contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise write_error(path, error) from error
-
-
-def _plain(value: Any) -> Any:
-    """Tables and lists as JSON gives them back."""
-    return json.loads(json.dumps(value))
+    write_whole(folder / RESULTS, (json.dumps(figures, indent=1) + "\n").encode())
+    write_whole(folder / TABLE, (text_table(results) + "\n").encode())
+    write_whole(folder / MARKDOWN, markdown(results).encode())
+    write_whole(folder / HTML, html_page(results).encode())

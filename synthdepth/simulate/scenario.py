@@ -58,6 +58,7 @@ class Scenario:
         speed_mps: cruise speed.
         time_limit_s: when it is over.
         blocked_by: label of what a straight flight to the goal would hit; None if nothing.
+        shortest_m: length of the shortest free way to the goal's circle; None without one.
     """
 
     number: int
@@ -67,6 +68,7 @@ class Scenario:
     speed_mps: float
     time_limit_s: float
     blocked_by: str | None
+    shortest_m: float | None = None
 
     @property
     def straight_m(self) -> float:

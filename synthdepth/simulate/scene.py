@@ -1,8 +1,9 @@
 """A scene that is ready to be flown in: built, loaded into the renderer, its scenarios drawn."""
 
+import dataclasses
 import functools
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import lane
 from synthdepth.simulate.collision import Mesh
 from synthdepth.simulate.eyes import Eyes
-from synthdepth.simulate.flight import Place, Rules, fly
-from synthdepth.simulate.scenario import draw_scenario
+from synthdepth.simulate.flight import Decision, Place, Rules, fly
+from synthdepth.simulate.scenario import Scenario, draw_scenario
+from synthdepth.simulate.shortest import free_ways, shortest_way, until_circle, way_length
 from synthdepth.simulate.sources import DepthSource
+from synthdepth.simulate.survey import survey
 
 
 class SceneFlights:
@@ -24,30 +27,26 @@ class SceneFlights:
     Args:
         stage: as `run.Stage`.
         scene_index, scene_seed: which scene.
-        count: number of scenarios.
+        numbers: of its scenarios; each has a lane of its own.
         rules: how they are flown.
 
     Attributes:
         place: the scene.
-        scenarios: the first `count` of it; each has a lane of its own.
+        condition: its light and weather.
+        scenarios: by their numbers.
+        view: the scene from above, a `survey.TopView`.
+        build_s: time that the world, its tree of triangles and the scenarios took.
+        survey_s: time that the view and the shortest ways took.
     """
 
-    def __init__(self, stage, scene_index: int, scene_seed: int, count: int, rules: Rules):
+    def __init__(
+        self, stage, scene_index: int, scene_seed: int, numbers: Sequence[int], rules: Rules
+    ):
+        started = time.perf_counter()
         world = stage.build(scene_seed)
         mesh = Mesh.of_world(world)
         bounds = np.asarray(world.flight_bounds, np.float64)
-        self.scenarios = [
-            draw_scenario(
-                lane(scene_seed, "simulate-scenario", number),
-                number,
-                mesh,
-                bounds,
-                world.ground_m,
-                rules.scenario,
-                rules.drone.radius_m,
-            )
-            for number in range(count)
-        ]
+        self.condition = world.light.condition
         self._rules = rules
         self.place = Place(
             map=stage.map,
@@ -66,15 +65,53 @@ class SceneFlights:
                 frame_interval_s=rules.drone.frame_interval_s,
             ),
         )
+        drawn = [
+            draw_scenario(
+                lane(scene_seed, "simulate-scenario", number),
+                number,
+                mesh,
+                bounds,
+                world.ground_m,
+                rules.scenario,
+                rules.drone.radius_m,
+            )
+            for number in numbers
+        ]
+        built = time.perf_counter()
+        self.view, self.scenarios = self._surveyed(drawn)
+        self.build_s, self.survey_s = built - started, time.perf_counter() - built
 
-    @property
-    def sight_s(self) -> float:
-        """Time spent so far on loading the scene and rendering what sources see."""
-        return self.place.eyes.spent_s
+    def _surveyed(self, scenarios: Sequence[Scenario]):
+        """The view from above, and the scenarios by their numbers with their shortest ways."""
+        place, ranges, radius = self.place, self._rules.scenario, self._rules.drone.radius_m
+        view, air = survey(
+            place.mesh,
+            place.bounds + [[-ranges.beyond_m], [ranges.beyond_m]],
+            place.ground_m,
+            altitude_m=ranges.altitude_m,
+            radius_m=radius,
+        )
+        is_free = free_ways(place.mesh, place.ground_m, ranges.altitude_m, radius)
+        known = {}
+        for one in scenarios:
+            if one.blocked_by is None:
+                straight = np.stack([one.start_m, one.goal_m])
+                way = until_circle(straight, one.goal_m, ranges.goal_radius_m)
+            else:
+                way = shortest_way(one.start_m, one.goal_m, ranges.goal_radius_m, air, is_free)
+            shortest = None if way is None else round(way_length(way), 3)
+            known[one.number] = dataclasses.replace(one, shortest_m=shortest)
+        return view, known
 
-    def fly(self, source: DepthSource, scenarios: Sequence[int]) -> Iterator[dict]:
-        """Fly some scenarios by their numbers; yields as `flight.fly` does."""
-        return fly([self.scenarios[k] for k in scenarios], source, self.place, self._rules)
+    def fly(
+        self,
+        source: DepthSource,
+        numbers: Sequence[int],
+        watch: Callable[[Decision], None] = lambda decision: None,
+    ) -> Iterator[dict]:
+        """Fly some scenarios by their numbers; yields and tells as `flight.fly` does."""
+        chosen = [self.scenarios[number] for number in numbers]
+        return fly(chosen, source, self.place, self._rules, watch)
 
 
 def _load(world: World, camera: Intrinsics, settings: RenderSettings):

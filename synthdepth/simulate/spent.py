@@ -1,0 +1,64 @@
+"""Where the time of flights went."""
+
+import dataclasses
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Spent:
+    """Time [s] of one process.
+
+    Attributes:
+        flights, frames: how many were flown in it.
+        build_s: scenes, their trees of triangles, and drawing scenarios.
+        survey_s: views from above and shortest ways.
+        load_s: loading scenes into the renderer.
+        sight_s: rendering what the sources see.
+        depth_s: the sources' own work.
+        physics_s: planning, motion, contacts, results.
+    """
+
+    flights: int = 0
+    frames: int = 0
+    build_s: float = 0.0
+    survey_s: float = 0.0
+    load_s: float = 0.0
+    sight_s: float = 0.0
+    depth_s: float = 0.0
+    physics_s: float = 0.0
+
+    def __add__(self, other: "Spent") -> "Spent":
+        ours, theirs = dataclasses.asdict(self), dataclasses.asdict(other)
+        return Spent(**{name: ours[name] + theirs[name] for name in ours})
+
+    @property
+    def scenes_s(self) -> float:
+        """What scenes took, whoever flies in them."""
+        return self.build_s + self.survey_s + self.load_s
+
+    @property
+    def flying_s(self) -> float:
+        """What flights took."""
+        return self.sight_s + self.depth_s + self.physics_s
+
+
+def spent_line(source: str, spent: Spent) -> bytes:
+    """A line of a file that `read_spent` reads; what no single source took has the source ""."""
+    return json.dumps({"source": source} | dataclasses.asdict(spent)).encode() + b"\n"
+
+
+def read_spent(files: Iterable[Path]) -> dict[str, Spent]:
+    """What such files say by source, in the order in which sources first come.
+
+    A line that a kill cut short counts as none.
+    """
+    spent: dict[str, Spent] = {}
+    for file in files:
+        for line in file.read_bytes().splitlines(keepends=True):
+            if line.endswith(b"\n"):
+                fields = json.loads(line)
+                source = fields.pop("source")
+                spent[source] = spent.get(source, Spent()) + Spent(**fields)
+    return spent
