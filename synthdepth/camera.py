@@ -77,6 +77,16 @@ def pose(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
     return m
 
 
+def is_rigid(world_from_cam: np.ndarray) -> bool:
+    """Whether a matrix (4, 4) is a pose: a rotation and a position, to a millionth."""
+    rotation = world_from_cam[:3, :3]
+    return bool(
+        np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+        and np.linalg.det(rotation) > 0
+        and np.array_equal(world_from_cam[3], [0, 0, 0, 1])
+    )
+
+
 def unproject(depth_m: np.ndarray, camera: Intrinsics, world_from_cam: np.ndarray) -> np.ndarray:
     """World points (H, W, 3) [m] of a planar depth image (H, W) [m]."""
     points = camera.rays() * np.asarray(depth_m, np.float64)[..., None]

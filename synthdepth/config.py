@@ -6,11 +6,51 @@ name the key, the value and what is allowed.
 """
 
 import dataclasses
+import json
 import math
+import reprlib
+import tomllib
 from collections.abc import Mapping
 from typing import Any
 
 from synthdepth.errors import RecipeError
+
+# Keys with many dots take tomllib time that grows with their square; no file of ours comes near.
+_MOST_TOML, _MOST_TOML_LINE = 65_536, 4096
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 100
+_short.maxlist = _short.maxtuple = _short.maxdict = 8
+
+
+def shown(value: Any) -> str:
+    """A value as an error names it: as Python writes it, but short and on one line."""
+    return _short.repr(value)
+
+
+def shown_key(key: str) -> str:
+    """A key as it stands in a file, or, where that is no word, as Python writes it."""
+    return key if key.isidentifier() and len(key) <= 100 else shown(key)
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The value of a JSON text; ValueError where it is none, or nested too deep."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The table of a TOML text; ValueError where it is none, nested too deep or too long."""
+    if len(text) > _MOST_TOML or max(map(len, text.splitlines()), default=0) > _MOST_TOML_LINE:
+        raise ValueError(
+            f"it is too long: allowed are {_MOST_TOML} characters, {_MOST_TOML_LINE} in a line"
+        )
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
 
 
 def number(default, low, high):
@@ -58,11 +98,13 @@ class Config:
             RecipeError: an unknown key, a wrong type or a value out of range.
         """
         if not isinstance(table, Mapping):
-            raise RecipeError(f"{where} is {table!r}: allowed is a table of keys")
+            raise RecipeError(f"{where} is {shown(table)}: allowed is a table of keys")
         known = [field.name for field in dataclasses.fields(cls)]
         for key in table:
             if key not in known:
-                raise RecipeError(f"{where} {key} is unknown: allowed are {', '.join(known)}")
+                raise RecipeError(
+                    f"{where} {shown_key(key)} is unknown: allowed are {', '.join(known)}"
+                )
         try:
             return cls(**table)
         except RecipeError as error:
@@ -70,14 +112,15 @@ class Config:
 
 
 def _is_number(value) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    # Not math.isfinite, which refuses whole numbers of more than 308 digits with an error.
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 def _checked(name: str, value, field: dataclasses.Field):
     if "choice" in field.metadata:
         allowed = field.metadata["choice"]
         if value not in allowed:
-            raise RecipeError(f"{name} = {value!r}: allowed are {', '.join(allowed)}")
+            raise RecipeError(f"{name} = {shown(value)}: allowed are {', '.join(allowed)}")
         return value
     if "choices" in field.metadata:
         allowed, least = field.metadata["choices"], field.metadata["least"]
@@ -117,4 +160,4 @@ def _checked(name: str, value, field: dataclasses.Field):
 
 
 def _shown(value) -> str:
-    return repr(list(value)) if isinstance(value, tuple) else repr(value)
+    return shown(list(value) if isinstance(value, tuple) else value)

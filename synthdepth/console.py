@@ -19,7 +19,9 @@ _LINE_EVERY_S = 10.0
 
 def say(text: str) -> None:
     """One line for the user, on standard output."""
-    sys.stdout.write(text + "\n")
+    # Names of files may hold bytes that are no text, and a terminal may not know every letter.
+    encoding = sys.stdout.encoding or "utf-8"
+    sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding) + "\n")
     sys.stdout.flush()
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import synthdepth
 from synthdepth.camera import Intrinsics, look_rotation, pitch_roll_deg, pose, project, unproject
 from synthdepth.dataset.card import write_card
+from synthdepth.dataset.checksums import with_files, write_checksums
 from synthdepth.dataset.croissant import write_croissant
 from synthdepth.dataset.manifest import write_index, write_manifest
 from synthdepth.dataset.pair import (
@@ -108,10 +109,12 @@ def make_dataset(
         "meta_fields": list(META_FIELDS), "labels": LABELS if "seg" in modalities else {},
         "recipe": recipe, "shards": records,
     }  # fmt: skip
-    write_manifest(folder, manifest)
     write_index(folder, manifest)
     write_card(folder, manifest)
     write_croissant(folder, manifest)
+    manifest = with_files(folder, manifest)
+    write_checksums(folder, manifest)
+    write_manifest(folder, manifest)
     return folder
 
 

@@ -17,14 +17,17 @@ import pytest
 import webdataset
 
 from synthdepth.camera import project, unproject
-from synthdepth.dataset.manifest import read_index, read_manifest
+from synthdepth.dataset.checksums import write_checksums
+from synthdepth.dataset.manifest import read_index, read_manifest, write_manifest
 from synthdepth.dataset.pair import decode_pair
 from synthdepth.dataset.preview import preview
 from synthdepth.dataset.shard import read_members, shard_members
-from synthdepth.dataset.verify import flow_of, verify
+from synthdepth.dataset.verify import verify
 from synthdepth.errors import DatasetError
+from synthdepth.flow.truth import flow_from_depth
 from synthdepth.maps.registry import build_world
 from synthdepth.maps.world import LABELS
+from synthdepth.production.repair import repair
 from synthdepth.production.run import render_dataset
 from tests.conftest import PAIRS, SIZE, recipe
 from tests.raycast import Recaster
@@ -172,7 +175,9 @@ def test_prev_is_the_frame_before(pairs):
 def test_flow_labels_and_normals_agree_with_the_depth(pairs):
     for pair in pairs:
         near = (pair.depth_m < 200) & pair.visible
-        assert np.abs(pair.flow - flow_of(pair))[near].max() < 0.01
+        poses = pair.world_from_cam, pair.world_from_cam_prev
+        by_depth = flow_from_depth(pair.depth_m, pair.camera, *poses)
+        assert np.abs(pair.flow - by_depth)[near].max() < 0.01
         assert not np.isin(pair.seg[pair.depth_m < 200], [0]).any()
         # Ground by its label is ground by its normal: z up, in camera axes.
         up = pair.world_from_cam[:3, :3].T @ [0, 0, 1]
@@ -245,12 +250,34 @@ def test_verify_names_every_kind_of_damage(copy):
     shards[1].unlink()
     (copy / "train" / "notes.txt").write_text("?")
     (copy / "index.parquet").write_bytes(b"PAR1")
-    told = {(fault.where, fault.what.split(" (")[0].split(":")[0]) for fault in verify(copy).faults}
     names = [shard.relative_to(copy).as_posix() for shard in shards]
-    assert (names[0], "is not the file that was written") in told
-    assert (names[1], "is missing") in told
-    assert ("train/notes.txt", "does not belong here") in told
-    assert any(where == "index.parquet" for where, _ in told)
+    assert {fault.where: fault.kind for fault in verify(copy).faults} == {
+        names[0]: "damaged",
+        names[1]: "missing",
+        "train/notes.txt": "stranger",
+        "index.parquet": "truncated",
+    }
+
+
+def test_a_damaged_shard_is_rendered_again_to_the_same_bytes(dataset, copy):
+    record = read_manifest(copy)["shards"][1]
+    (copy / record["path"]).write_bytes(b"nothing of the kind")
+    (copy / "card.jpg").unlink()
+    repairs = repair(copy, verify(copy).faults, workers=1)
+    assert {one.where: one.done for one in repairs} == {record["path"]: True, "card.jpg": True}
+    for path in (p for p in dataset.rglob("*") if p.is_file()):
+        assert (copy / path.relative_to(dataset)).read_bytes() == path.read_bytes()
+
+
+def test_a_pair_is_rendered_alone_to_the_same_bytes(dataset, tmp_path):
+    """In a process of its own, as the command does it: a process has one world."""
+    path = dataset / read_manifest(dataset)["shards"][0]["path"]
+    key, files = list(shard_members(path).items())[1]
+    run = [sys.executable, "-m", "synthdepth", "pair", dataset, key, "--out", tmp_path / "one"]
+    out = subprocess.run(run, capture_output=True, text=True, check=True).stdout
+    assert out.endswith("no fault\n") and key in out
+    for suffix, data in read_members(path, files).items():
+        assert (tmp_path / "one" / f"{key}.{suffix}").read_bytes() == data
 
 
 def test_verify_looks_into_the_pairs(copy):
@@ -284,7 +311,8 @@ def test_verify_looks_into_the_pairs(copy):
                 ),
             )
     record |= {"sha256": sha256_of(path), "bytes": path.stat().st_size}
-    (copy / "dataset.json").write_text(json.dumps(manifest))
+    write_checksums(copy, manifest)
+    write_manifest(copy, manifest)
     told = [fault.what for fault in verify(copy).faults]
     assert "depth has a value of 0.0 m" in told
     assert "depth has a value of 300.0 m, beyond the range of 200.0 m" in told

@@ -18,7 +18,7 @@ from synthdepth.dataset.manifest import DESCRIPTIONS, read_index, read_manifest
 from synthdepth.dataset.pair import META_FIELDS, decode_pair
 from synthdepth.dataset.shard import ShardWriter, read_members, sha256_of, shard_members
 from synthdepth.dataset.verify import verify
-from synthdepth.production.run import _sweep
+from synthdepth.production.storage import LocalFolder
 from tests.made import make_dataset
 
 MODALITIES = ("flow", "seg", "normal")
@@ -115,8 +115,10 @@ def test_verify_misses_them_and_a_run_sweeps_what_is_half_written(folder, tmp_pa
     copy = shutil.copytree(folder, tmp_path / "copy")
     (copy / name).rename(copy / f"{name}.123.partial")
     told = {(fault.where, fault.what) for fault in verify(copy).faults}
-    assert told == {(name, "is missing"), (f"{name}.123.partial", "does not belong here")}
-    _sweep(copy)
+    left = f"{name}.123.partial", "is left over from a run that was killed"
+    assert told == {(name, "is missing"), left}
+    with LocalFolder(copy).swept():
+        pass
     assert [fault.where for fault in verify(copy).faults] == [name]
 
 

@@ -7,7 +7,7 @@ import pytest
 from synthdepth.errors import SynthdepthError
 from synthdepth.production.plan import plan_shards
 from synthdepth.production.recipe import SamplingRecipe
-from synthdepth.production.shard_job import shots_of_flight
+from synthdepth.production.shots import shots_of_flight
 from synthdepth.seeding import lane
 
 

@@ -2,14 +2,13 @@
 
 import gc
 import hashlib
-import os
 import subprocess
 import tarfile
 
 import pytest
 import webdataset
 
-from synthdepth.dataset.shard import ShardWriter, read_members, sha256_of, shard_members
+from synthdepth.dataset.shard import ShardWriter, partial_of, read_members, sha256_of, shard_members
 from synthdepth.errors import DatasetError
 
 PAIRS = {
@@ -81,7 +80,7 @@ def test_a_failure_leaves_nothing(tmp_path):
 @pytest.mark.parametrize("size", [10, 3_000_000])
 def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, size):
     """/dev/full refuses every byte: at once for a large file, on closing for a small one."""
-    (tmp_path / f"a.tar.{os.getpid()}.partial").symlink_to("/dev/full")
+    partial_of(tmp_path / "a.tar").symlink_to("/dev/full")
     with pytest.raises(DatasetError, match="disk of .* is full"):
         write(tmp_path / "a.tar", {"key": {"rgb.png": b"x" * size}})
     assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,7 @@ import tyro
 from synthdepth.flight.clearance import Clearance
 from synthdepth.maps.registry import build_world
 from synthdepth.production.recipe import load_recipe
-from synthdepth.production.shard_job import draw_flights
+from synthdepth.production.shots import draw_flights
 from synthdepth.render.backend import activate, choose
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import derive_seed

@@ -10,6 +10,7 @@ from synthdepth.airsim.pfm import read_pfm
 from synthdepth.airsim.settings import DEPTH_PERSPECTIVE, DEPTH_PLANAR, SCENE, camera_from_settings
 from synthdepth.camera import Intrinsics
 from synthdepth.dataset.pair import saturate
+from synthdepth.dataset.picture import decode_picture
 from synthdepth.dataset.sample import Sample
 from synthdepth.errors import DatasetError
 
@@ -56,13 +57,11 @@ def read_depth(path: Path) -> np.ndarray:
 
 def _decoded(path: Path, flags: int) -> np.ndarray:
     try:
-        data = np.frombuffer(Path(path).read_bytes(), np.uint8)
+        return decode_picture(Path(path).read_bytes(), flags)
     except OSError as error:
         raise DatasetError(f"{path} cannot be read: {error.strerror or error}") from error
-    image = cv2.imdecode(data, flags) if data.size else None
-    if image is None:
-        raise DatasetError(f"{path} is no readable image")
-    return image
+    except ValueError as error:
+        raise DatasetError(f"{path} is no readable image: {error}") from None
 
 
 def planar(stored_m: np.ndarray, camera: Intrinsics, depth_type: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from synthdepth.airsim.manifest import MAP, NEUTRAL, manifest_of, shard_record, 
 from synthdepth.airsim.recording import find_recordings, read_recording
 from synthdepth.camera import pitch_roll_deg
 from synthdepth.dataset.card import write_card
+from synthdepth.dataset.checksums import with_files, write_checksums
 from synthdepth.dataset.croissant import write_croissant
 from synthdepth.dataset.folder import new_folder
 from synthdepth.dataset.manifest import write_index, write_manifest
@@ -115,10 +116,12 @@ def import_airsim(
             _check_any(path, record["pairs"], skipped[path])
             record |= {"bytes": shard.size, "sha256": shard.sha256}
         manifest |= totals(manifest["shards"])
-        write_manifest(partial, manifest)
         write_index(partial, manifest)
         write_card(partial, manifest)
         write_croissant(partial, manifest)
+        manifest = with_files(partial, manifest)
+        write_checksums(partial, manifest)
+        write_manifest(partial, manifest)
     return ImportReport(
         folder=Path(out),
         recordings=len(recordings),

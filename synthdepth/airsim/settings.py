@@ -25,8 +25,10 @@ _BUILT_IN = {
     "front_center": "0", "front_right": "1", "front_left": "2", "bottom_center": "3", "fpv": "3",
     "back_center": "4",
 }  # fmt: skip
-_STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
-_STRING_OR_COMMA = re.compile(r'"(?:\\.|[^"\\])*"|,(?=\s*[}\]])')
+# A string or comment without an end goes to the end of the file: no place of it is looked at twice.
+_STRING = r'"(?:\\.|[^"\\])*+\\?(?:"|\Z)'
+_STRING_OR_COMMENT = re.compile(_STRING + r"|//[^\n]*|/\*.*?(?:\*/|\Z)", re.DOTALL)
+_STRING_OR_COMMA = re.compile(_STRING + r"|,(?=\s*[}\]])", re.DOTALL)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import tyro
 
 import synthdepth
-from synthdepth.cli.datasets import Export, ImportAirsim, Preview, Verify, View
+from synthdepth.cli.datasets import Export, ImportAirsim, OnePair, Preview, Verify, View
 from synthdepth.cli.learning import Onnx, Predict, Train
 from synthdepth.cli.measuring import Bench, Evaluate
 from synthdepth.cli.rendering import Doctor, Maps, Render, Scene
-from synthdepth.cli.simulating import Simulate
+from synthdepth.cli.simulating import Replay, Simulate
 from synthdepth.console import say
 from synthdepth.errors import SynthdepthError
 
@@ -24,6 +24,7 @@ _COMMANDS = {
     "preview": Preview,
     "view": View,
     "verify": Verify,
+    "pair": OnePair,
     "export": Export,
     "import-airsim": ImportAirsim,
     "train": Train,
@@ -32,6 +33,7 @@ _COMMANDS = {
     "evaluate": Evaluate,
     "bench": Bench,
     "simulate": Simulate,
+    "replay": Replay,
     "doctor": Doctor,
 }
 
@@ -86,9 +88,14 @@ def main(arguments: list[str] | None = None) -> int:
     except SynthdepthError as error:
         sys.stderr.write(f"synthdepth: {_one_line(error)}\n")
         return 2
-    except KeyboardInterrupt:
-        return 130
     except BrokenPipeError:
         # The reader of our output has gone (`| head`): nothing to complain about.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        # What the system refuses: a name that is too long, a folder that is closed to us.
+        where = "" if error.filename is None else f"{error.filename}: "
+        sys.stderr.write(f"synthdepth: {SynthdepthError(where + (error.strerror or str(error)))}\n")
+        return 2
+    except KeyboardInterrupt:
+        return 130

@@ -11,25 +11,84 @@ from synthdepth.console import progress_bar, say, write_json
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verify:
-    """Check a dataset: checksums, counts, decoding, contract. Exit 1 if anything is wrong."""
+    """Check a dataset: files, counts, decoding, contract, and ground truth that agrees with itself.
+
+    Exit 1 if anything is wrong, or was and could not be repaired.
+    """
 
     folder: tyro.conf.Positional[Path]
     """The dataset."""
+    repair: bool = False
+    """Render bad shards again, to the same bytes, and make the other files again."""
+    workers: int | None = None
+    """Processes at once; by default one a core."""
     json: Path | None = None
     """Write what was found to this file."""
 
     def run(self) -> int:
         """Do it; returns the exit code."""
         from synthdepth.dataset.verify import verify
+        from synthdepth.production.run import usable_cores
 
         with progress_bar("verifying", "pairs") as progress:
-            report = verify(self.folder, on_progress=progress)
+            workers = usable_cores() if self.workers is None else self.workers
+            report = verify(self.folder, workers=workers, on_progress=progress)
         for fault in report.faults:
             say(f"{fault.where}: {fault.what}")
+        say(f"{'':12}{'judged':>10}{'no evidence':>14}{'faults':>10}")
+        for subject, tally in report.checks.items():
+            say(f"{subject:12}{tally.judged:10}{tally.silent:14}{tally.faults:10}")
+        for note in report.notes:
+            say(note)
         verdict = f"{len(report.faults)} faults" if report.faults else "no fault"
-        say(f"{self.folder}: {report.shards} shards, {report.pairs} pairs, {verdict}")
-        write_json(self.json, dataclasses.asdict(report))
-        return 1 if report.faults else 0
+        say(
+            f"{self.folder}: {report.shards} shards, {report.pairs} pairs, "
+            f"{report.bytes / 1e6:.1f} MB, {verdict}"
+        )
+        repairs = self._repaired(report) if self.repair else []
+        write_json(
+            self.json,
+            dataclasses.asdict(report) | {"repairs": [dataclasses.asdict(r) for r in repairs]},
+        )
+        if self.repair:
+            return int(not all(one.done for one in repairs))
+        return int(bool(report.faults))
+
+    def _repaired(self, report) -> list:
+        from synthdepth.production.repair import repair
+
+        if not report.faults and not report.notes:
+            return []
+        with progress_bar("repairing", "pairs") as progress:
+            repairs = repair(self.folder, report.faults, workers=self.workers, on_progress=progress)
+        for one in repairs:
+            say(f"{one.where}: {one.what}")
+        done = sum(one.done for one in repairs)
+        say(f"{self.folder}: {done} files repaired, {len(repairs) - done} not")
+        return repairs
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OnePair:
+    """Render one pair of a dataset again, alone, and say what the gate finds; exit 1 if it does."""
+
+    folder: tyro.conf.Positional[Path]
+    """The dataset; it need not be finished."""
+    key: tyro.conf.Positional[str]
+    """The pair's, e.g. neighborhood-s00012-f003-0045."""
+    out: Path | None = None
+    """The folder for its files: a new or an empty one; the key by default."""
+
+    def run(self) -> int:
+        """Do it; returns the exit code."""
+        from synthdepth.production.single import render_pair
+
+        pair = render_pair(self.folder, self.key, self.out or Path(self.key))
+        for fault in pair.faults:
+            say(f"{self.key}: {fault}")
+        verdict = f"{len(pair.faults)} faults" if pair.faults else "no fault"
+        say(f"{pair.folder}: {self.key}, scene seed {pair.scene_seed}, {verdict}")
+        return int(bool(pair.faults))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,9 @@
 """Commands that make datasets and worlds, and what they need."""
 
+import contextlib
 import dataclasses
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -20,8 +23,9 @@ class Render:
     """Which map (see `synthdepth maps`), or a recipe file of your own (.toml)."""
     pairs: int
     """How many pairs the dataset shall hold."""
-    out: Path | None = None
-    """Folder of the dataset; data/<map>-seed<seed> by default."""
+    out: str | None = None
+    """Folder of the dataset, or an address such as s3://bucket/folder; data/<map>-seed<seed> by
+    default."""
     seed: int = 0
     """Everything is drawn from it."""
     size: str | None = None
@@ -50,6 +54,10 @@ class Render:
     """Share of the scenes that goes to the split train; the others go to test."""
     workers: int | None = None
     """Processes at once; by default one a core."""
+    executor: Literal["local", "ray"] = "local"
+    """Processes of this machine, or of a Ray cluster, whose nodes must all reach --out."""
+    ray_address: str | None = None
+    """The cluster's address; by default the cluster that this machine belongs to."""
     variant: Literal["cuda", "llvm", "scalar"] | None = None
     """How Mitsuba computes; by default the best that works here."""
     json: Path | None = None
@@ -74,9 +82,9 @@ class Render:
             conditions=self.conditions,
             sensor=self.sensor,
         )
-        out = self.out or Path("data") / f"{Path(self.map).stem}-seed{self.seed}"
+        out = self.out or f"data/{Path(self.map).stem}-seed{self.seed}"
         try:
-            with progress_bar("rendering", "pairs") as progress:
+            with _terminable(), progress_bar("rendering", "pairs") as progress:
                 report = render_dataset(
                     recipe,
                     out,
@@ -85,14 +93,19 @@ class Render:
                     train_share=self.train_share,
                     workers=self.workers,
                     variant=self.variant,
+                    executor=self.executor,
+                    ray_address=self.ray_address,
                     on_progress=progress,
+                    on_restart=lambda event: say(
+                        f"a worker {event.why}: its shard begins again, {event.workers} at once"
+                    ),
                     on_backend=lambda backend: say(
                         f"renders with {backend.name}: {backend.reason}"
                     ),
                 )
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as stop:
             say(f"\nstopped: finished shards in {out} are safe; the same command goes on")
-            return 130
+            return 128 + (stop.args[0] if stop.args else signal.SIGINT)
         speed = report.rendered / report.wall_s
         say(
             f"{out}: {report.pairs} pairs, {report.rendered} of them rendered now in "
@@ -101,6 +114,20 @@ class Render:
         )
         write_json(self.json, dataclasses.asdict(report) | {"pairs_per_s": speed})
         return 0
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM, by which systems end programs, stops what is under way as Ctrl-C does."""
+
+    def stop(number, _) -> None:
+        raise KeyboardInterrupt(number)
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from synthdepth.dataset.manifest import CARD, SHEET, pair_files, read_index
 from synthdepth.dataset.pair import META_FIELDS
-from synthdepth.dataset.preview import contact_sheet, random_pairs
+from synthdepth.dataset.preview import contact_sheet, random_pairs, random_rows
 from synthdepth.dataset.shard import write_whole
 from synthdepth.maps.registry import MAPS
 
@@ -100,6 +100,11 @@ def write_card(folder: Path, manifest: Mapping) -> None:
     text += figures(read_index(folder))
     text += f"\n{_contract(manifest)}\n{_loading(manifest, splits[0])}\n{_origin(manifest)}"
     write_whole(folder / CARD, text.encode())
+
+
+def sheet_shards(folder: Path) -> set[str]:
+    """The shards that the card's picture shows; the folder needs no more than its index."""
+    return {row["shard"] for row in random_rows(folder, _SHEET_PAIRS, seed=0)}
 
 
 def sheet_jpeg(folder: Path) -> bytes:

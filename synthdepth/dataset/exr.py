@@ -1,12 +1,15 @@
 """Depth, flow and normals as OpenEXR: float32 channels, with the conventions in the header."""
 
+import contextlib
 import io
 import json
+from collections.abc import Iterator
 
 import numpy as np
 import OpenEXR
 
 from synthdepth.camera import Intrinsics
+from synthdepth.dataset.picture import MOST_PIXELS, check_size
 
 CONVENTION = "planar (camera z), one ray through each pixel centre"
 FLOW_CONVENTION = "position at t-1 minus position at t, on the grid of t; u right, v down"
@@ -83,20 +86,40 @@ def decode_normal(data: bytes) -> np.ndarray:
 
 
 def depth_header(data: bytes) -> dict:
-    """The header's attributes by name."""
-    with OpenEXR.File(io.BytesIO(data)) as file:
+    """The header's attributes by name; ValueError where it is no EXR file."""
+    with _opened(data, header_only=True) as file:
         return dict(file.header())
 
 
 def _channels(data: bytes, names: tuple[str, ...]) -> list[np.ndarray]:
-    try:
-        with OpenEXR.File(io.BytesIO(data), separate_channels=True) as file:
-            channels = {key: np.array(channel.pixels) for key, channel in file.channels().items()}
-    except (RuntimeError, OSError, ValueError) as error:
-        raise ValueError(f"not a readable EXR file ({error})") from error
+    with _opened(data, header_only=True) as file:
+        _check_size(file)
+    with _opened(data, separate_channels=True) as file:
+        channels = {key: np.array(channel.pixels) for key, channel in file.channels().items()}
     for name in names:
         if name not in channels:
             raise ValueError(f"no EXR channel {name!r}, only {sorted(channels)}")
         if channels[name].dtype != np.float32:
             raise ValueError(f"EXR channel {name!r} is {channels[name].dtype}, not float32")
     return [channels[name] for name in names]
+
+
+@contextlib.contextmanager
+def _opened(data: bytes, **how) -> Iterator[OpenEXR.File]:
+    try:
+        with OpenEXR.File(io.BytesIO(data), **how) as file:
+            yield file
+    except (RuntimeError, OSError, ValueError) as error:
+        raise ValueError(f"no readable EXR file ({error})") from error
+
+
+def _check_size(file: OpenEXR.File) -> None:
+    """Refuse what would not fit into memory before it is decoded."""
+    if len(file.parts) != 1:
+        raise ValueError(f"it has {len(file.parts)} parts: allowed is one")
+    (left, top), (right, bottom) = (corner.tolist() for corner in file.header()["dataWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    check_size(width, height)
+    channels = file.header()["channels"]
+    if width * height * len(channels) > 4 * MOST_PIXELS:
+        raise ValueError(f"it has {len(channels)} channels of {width}x{height}, which is too much")

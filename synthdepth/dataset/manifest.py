@@ -1,7 +1,7 @@
 """`dataset.json` and `index.parquet`: what a dataset folder says of itself, for programs."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pyarrow as pa
@@ -16,8 +16,11 @@ INDEX = "index.parquet"
 CARD = "README.md"
 SHEET = "card.jpg"
 CROISSANT = "croissant.json"
+CHECKSUMS = "checksums.sha256"
+# What is made of the manifest and the shards.
+DERIVED = (INDEX, CARD, SHEET, CROISSANT)
 # What a finished dataset folder holds beside its shards.
-DESCRIPTIONS = (MANIFEST, INDEX, CARD, SHEET, CROISSANT)
+DESCRIPTIONS = (MANIFEST, *DERIVED, CHECKSUMS)
 
 # What decides the bytes of a dataset: a run may only go on in a folder that agrees in all of it.
 IDENTITY = ("schema_version", "map", "seed", "train_share", "recipe", "software")
@@ -46,7 +49,12 @@ def read_manifest(folder: Path) -> dict:
 
 def write_manifest(folder: Path, manifest: Mapping) -> None:
     """Replace the manifest whole."""
-    write_whole(Path(folder) / MANIFEST, json.dumps(manifest, indent=1).encode() + b"\n")
+    write_whole(Path(folder) / MANIFEST, manifest_bytes(manifest))
+
+
+def manifest_bytes(manifest: Mapping) -> bytes:
+    """The bytes of `dataset.json`, which are a function of what it says."""
+    return json.dumps(manifest, indent=1).encode() + b"\n"
 
 
 def check_identity(folder: Path, there: Mapping, asked: Mapping) -> None:
@@ -72,15 +80,45 @@ def pair_files(manifest: Mapping) -> list[str]:
     return [*ALWAYS, *(BY_MODALITY[name] for name in manifest["recipe"]["render"]["modalities"])]
 
 
-def write_index(folder: Path, manifest: Mapping) -> None:
+def write_index(
+    folder: Path,
+    manifest: Mapping,
+    table_of: Callable[[Mapping], pa.Table] | None = None,
+) -> None:
     """Write `index.parquet`, a row a pair: where its files lie, and all of its metadata.
 
     Args:
         folder: the dataset folder.
         manifest: the dataset's, with its shards.
+        table_of: gives the rows of a shard by its record; reads the folder's shards by default.
     """
+    if table_of is None:
+
+        def table_of(record: Mapping) -> pa.Table:
+            return index_table(Path(folder) / record["path"], record["path"], manifest)
+
+    sink = pa.BufferOutputStream()
+    with pq.ParquetWriter(sink, _index_schema(manifest), compression="zstd") as writer:
+        for record in manifest["shards"]:
+            writer.write_table(table_of(record))
+    write_whole(Path(folder) / INDEX, sink.getvalue().to_pybytes())
+
+
+def index_table(path: Path, shard: str, manifest: Mapping) -> pa.Table:
+    """A shard's rows of the index.
+
+    Args:
+        path: of the shard.
+        shard: its path within the dataset.
+        manifest: the dataset's, of which `recipe` is used.
+    """
+    rows = [_index_row(path, shard, key, files) for key, files in shard_members(path).items()]
+    return pa.Table.from_pylist(rows, _index_schema(manifest))
+
+
+def _index_schema(manifest: Mapping) -> pa.Schema:
     names = [name.split(".")[0] for name in pair_files(manifest)]
-    schema = pa.schema(
+    return pa.schema(
         [("key", pa.string()), ("shard", pa.string())]
         + [(f"{name}_{what}", pa.int64()) for name in names for what in ("offset", "size")]
         + [
@@ -88,13 +126,6 @@ def write_index(folder: Path, manifest: Mapping) -> None:
             for name, kind in META_FIELDS.items()
         ]
     )
-    sink = pa.BufferOutputStream()
-    with pq.ParquetWriter(sink, schema, compression="zstd") as writer:
-        for shard in manifest["shards"]:
-            path = Path(folder) / shard["path"]
-            rows = [_index_row(path, shard["path"], k, m) for k, m in shard_members(path).items()]
-            writer.write_table(pa.Table.from_pylist(rows, schema))
-    write_whole(Path(folder) / INDEX, sink.getvalue().to_pybytes())
 
 
 def _index_row(path: Path, shard: str, key: str, members: Mapping) -> dict:

@@ -2,13 +2,15 @@
 
 import dataclasses
 import json
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import cv2
 import numpy as np
 
 from synthdepth.camera import Intrinsics
+from synthdepth.config import parse_json, shown
 from synthdepth.dataset.exr import (
     decode_depth,
     decode_flow,
@@ -17,6 +19,7 @@ from synthdepth.dataset.exr import (
     encode_flow,
     encode_normal,
 )
+from synthdepth.dataset.picture import check_size, decode_picture
 
 SCHEMA_VERSION = 1
 
@@ -63,14 +66,31 @@ META_FIELDS = {
     "jpeg_quality": int,
 }
 
+SPLITS = ("train", "test")
+# Names of files and folders are made of it.
+MAP_NAME = "[A-Za-z0-9_-]{1,64}"
+_SHAPES = {
+    "intrinsics": (3, 3), "world_from_cam": (4, 4), "world_from_cam_prev": (4, 4),
+    "velocity_mps": (3,),
+}  # fmt: skip
+# Whole numbers are counted from 0, and exact in every reader of JSON.
+_MOST_WHOLE = 2**53
+
 # Files of a pair: those that are always there, and those of each modality.
 ALWAYS = ("rgb.png", "prev.png", "depth.exr", "meta.json")
 BY_MODALITY = {"flow": "flow.exr", "seg": "seg.png", "normal": "normal.exr"}
+# What can be decoded of a pair, and the file it is in.
+FIELDS = {"rgb": "rgb.png", "prev": "prev.png", "depth_m": "depth.exr"} | BY_MODALITY
 
 
 def pair_key(map_name: str, scene_index: int, flight_index: int, frame_index: int) -> str:
     """The key of a pair, e.g. `neighborhood-s00012-f003-0045`: no dots, sorts in drawing order."""
     return f"{map_name}-s{scene_index:05d}-f{flight_index:03d}-{frame_index:04d}"
+
+
+def is_map_name(value) -> bool:
+    """Whether this may be the name of a map."""
+    return isinstance(value, str) and re.fullmatch(MAP_NAME, value) is not None
 
 
 def scene_of_key(key: str) -> int:
@@ -185,33 +205,91 @@ def decode_pair(key: str, members: Mapping[str, bytes]) -> Pair:
     missing = set(ALWAYS) - set(members)
     if missing:
         raise ValueError(f"pair {key} lacks {', '.join(sorted(missing))}")
-    flow = visible = None
-    if "flow.exr" in members:
-        flow, visible = decode_flow(members["flow.exr"])
-    meta = json.loads(members["meta.json"])
+    meta = decode_meta(members["meta.json"])
+    fields = decode_fields(members, [f for f, name in FIELDS.items() if name in members], meta)
+    return Pair(key=key, meta=meta, **fields)
+
+
+def decode_meta(data: bytes) -> dict:
+    """The metadata of a pair; ValueError where they are not the contract's."""
+    meta = parse_json(data)
     check_meta(meta)
-    return Pair(
-        key=key,
-        rgb=decode_png(members["rgb.png"]),
-        prev=decode_png(members["prev.png"]),
-        depth_m=decode_depth(members["depth.exr"]),
-        meta=meta,
-        flow=flow,
-        visible=visible,
-        seg=decode_labels(members["seg.png"]) if "seg.png" in members else None,
-        normal=decode_normal(members["normal.exr"]) if "normal.exr" in members else None,
-    )
+    return meta
+
+
+def decode_fields(
+    members: Mapping[str, bytes], fields: Iterable[str], meta: Mapping
+) -> dict[str, np.ndarray]:
+    """Images of a pair by the names that `Pair` gives them.
+
+    Args:
+        members: {suffix: bytes}.
+        fields: which, names in `FIELDS`; `visible` comes with the flow.
+        meta: the pair's, which says how large they are.
+
+    Raises:
+        ValueError: one cannot be decoded, or is of another size.
+        KeyError: there is no such file.
+    """
+    shape, images = (meta["height"], meta["width"]), {}
+    for name in fields:
+        file = FIELDS[name]
+        try:
+            image = _DECODERS[name](members[file])
+        except ValueError as error:
+            raise ValueError(f"{file} cannot be read: {error}") from None
+        found = (image[0] if name == "flow" else image).shape[:2]
+        if found != shape:
+            raise ValueError(f"{file} is {found}, meta.json says {shape}")
+        images[name] = image
+    if "flow" in images:
+        images["flow"], images["visible"] = images["flow"]
+    return images
 
 
 def check_meta(meta: Mapping) -> None:
-    """Refuse metadata whose fields or types are not the contract's, with a ValueError."""
+    """Refuse metadata whose fields, types or shapes are not the contract's, with a ValueError."""
+    if not isinstance(meta, Mapping):
+        raise ValueError("meta.json is no table")
     if list(meta) != list(META_FIELDS):
         odd = sorted(set(meta) ^ set(META_FIELDS)) or "their order"
-        raise ValueError(f"meta.json has other fields than the contract: {odd}")
+        raise ValueError(f"meta.json has other fields than the contract: {shown(odd)}")
     for name, kind in META_FIELDS.items():
         # bool is an int to Python and float("1") an int to JSON readers: compare exactly.
         if type(meta[name]) is not kind:
-            raise ValueError(f"meta.json: {name} is {meta[name]!r}, not a {kind.__name__}")
+            raise ValueError(f"meta.json: {name} is {shown(meta[name])}, not a {kind.__name__}")
+        if not _is_allowed(name, meta[name]):
+            raise ValueError(
+                f"meta.json: {name} is {shown(meta[name])}, which the contract forbids"
+            )
+    check_size(meta["width"], meta["height"])
+
+
+def _is_allowed(name: str, value) -> bool:
+    """Whether a value of the right type is one that a field may have."""
+    if name == "split":
+        return value in SPLITS
+    if name == "map":
+        return is_map_name(value)
+    if isinstance(value, list):
+        return _is_matrix(value, _SHAPES[name]) and (name != "intrinsics" or _is_camera(value))
+    if isinstance(value, int):
+        return 0 <= value < _MOST_WHOLE
+    return isinstance(value, str) or math.isfinite(value)
+
+
+def _is_matrix(value: list, shape: tuple[int, ...]) -> bool:
+    """Whether these are so many finite numbers."""
+    try:
+        array = np.array(value)
+    except ValueError:  # Rows of different lengths.
+        return False
+    return array.shape == shape and array.dtype.kind in "if" and bool(np.isfinite(array).all())
+
+
+def _is_camera(intrinsics: list) -> bool:
+    (fx, _, _), (_, fy, _), _ = intrinsics
+    return fx > 0 and fy > 0
 
 
 def encode_png(image: np.ndarray) -> bytes:
@@ -223,15 +301,22 @@ def encode_png(image: np.ndarray) -> bytes:
 
 def decode_png(data: bytes) -> np.ndarray:
     """The (H, W, 3) uint8 RGB image of PNG bytes; ValueError where they are not one."""
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
-    if image is None:
-        raise ValueError("not a readable PNG file")
-    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+    return cv2.cvtColor(decode_picture(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
 def decode_labels(data: bytes) -> np.ndarray:
     """The (H, W) uint8 labels of PNG bytes; ValueError where they are not 8-bit grey ones."""
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
-    if image is None or image.ndim != 2 or image.dtype != np.uint8:
-        raise ValueError("seg.png is not a readable 8-bit grey PNG file")
+    image = decode_picture(data, cv2.IMREAD_UNCHANGED)
+    if image.ndim != 2 or image.dtype != np.uint8:
+        raise ValueError("it is no 8-bit grey picture")
     return image
+
+
+_DECODERS = {
+    "rgb": decode_png,
+    "prev": decode_png,
+    "depth_m": decode_depth,
+    "flow": decode_flow,
+    "seg": decode_labels,
+    "normal": decode_normal,
+}

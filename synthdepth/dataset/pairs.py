@@ -1,7 +1,6 @@
 """Our datasets by number: any pair at once, straight out of its shard."""
 
 import functools
-import json
 import operator
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -9,24 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from synthdepth.dataset.exr import decode_depth, decode_flow, decode_normal
-from synthdepth.dataset.pair import camera_of, check_meta, decode_labels, decode_png
+from synthdepth.dataset.pair import camera_of, decode_fields, decode_meta
 from synthdepth.dataset.sample import Sample
-from synthdepth.dataset.select import FIELDS, Where, is_remote, places, read_rows
+from synthdepth.dataset.select import Where, is_remote, places, read_rows
 from synthdepth.dataset.transforms import set_epoch_of, several, transformed
 from synthdepth.errors import DatasetError
 
 # Shards that a process holds open at once.
 _OPEN_FILES = 64
-
-_DECODERS = {
-    "rgb": decode_png,
-    "prev": decode_png,
-    "depth_m": decode_depth,
-    "flow": decode_flow,
-    "seg": decode_labels,
-    "normal": decode_normal,
-}
 
 Transform = Callable[[Sample], Sample]
 
@@ -97,8 +86,9 @@ class PairDataset:
         try:
             # pread has no position that forked processes would share.
             file = self._open(shard)
+            # No more than there is: an index may say anything, and memory comes first.
             files = {
-                name: os.pread(file.descriptor, size, offset)
+                name: os.pread(file.descriptor, min(size, file.size), offset)
                 for name, (offset, size) in spans.items()
             }
         except OSError as error:
@@ -114,11 +104,12 @@ class PairDataset:
 
 
 class _OpenFile:
-    """A file descriptor that is closed when nobody uses it any more."""
+    """A file descriptor that is closed when nobody uses it any more, and the file's size."""
 
     def __init__(self, path: str):
         self.descriptor = -1
         self.descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        self.size = os.fstat(self.descriptor).st_size
 
     # Bound now: when Python exits, the module may be gone before the file.
     def __del__(self, close=os.close):
@@ -137,9 +128,8 @@ def _read_remote(shard: str, key: str, spans: Mapping[str, list[int]]) -> dict[s
     # Every kind of storage has errors of its own. Connections are fsspec's, one set a process.
     try:
         system, path = fsspec.core.url_to_fs(shard)
-        starts, ends = zip(
-            *((offset, offset + size) for offset, size in spans.values()), strict=True
-        )
+        starts = [offset for offset, _ in spans.values()]
+        ends = [offset + size for offset, size in spans.values()]
         found = system.cat_ranges([path] * len(spans), starts, ends, on_error="raise")
     except Exception as error:
         raise DatasetError(f"{shard} cannot be read: {error or type(error).__name__}") from error
@@ -164,31 +154,27 @@ def decode_sample(
     Args:
         key: name of the pair.
         files: {"rgb.png": bytes}, with meta.json.
-        fields: names in `select.FIELDS`.
+        fields: names in `pair.FIELDS`.
         shard: where they are from, for the error.
 
     Raises:
         DatasetError: a file is missing or broken; names the shard and the pair.
     """
     try:
-        meta = json.loads(files["meta.json"])
-        check_meta(meta)
-        known = {name: _DECODERS[name](files[FIELDS[name]]) for name in fields}
-        camera = camera_of(meta)
+        meta = decode_meta(files["meta.json"])
+        known = decode_fields(files, fields, meta)
     except KeyError as error:
         raise DatasetError(
             f"{shard}: pair {key} has no {error.args[0]} beside its other files"
         ) from None
-    except (ValueError, TypeError) as error:
+    except ValueError as error:
         raise DatasetError(f"{shard}: pair {key} is broken: {error}") from error
-    if "flow" in known:
-        known["flow"], known["visible"] = known["flow"]
     depth_m = known.get("depth_m")
     return Sample(
         key=key,
         valid=None if depth_m is None else np.ones(depth_m.shape, bool),
         max_depth_m=meta["max_depth_m"],
-        intrinsics=camera.matrix,
+        intrinsics=camera_of(meta).matrix,
         world_from_cam=np.array(meta["world_from_cam"]),
         world_from_cam_prev=np.array(meta["world_from_cam_prev"]),
         meta=meta,

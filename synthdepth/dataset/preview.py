@@ -37,9 +37,14 @@ def colour_depth(depth_m: np.ndarray, max_depth_m: float) -> np.ndarray:
 
 def random_pairs(folder: Path, count: int, seed: int) -> list[Pair]:
     """`count` different pairs of a dataset (or all, if it has fewer), read through the index."""
-    rows = read_index(folder).to_pylist()
-    chosen = lane(seed, "preview").permutation(len(rows))[:count]
-    return [_read_row(folder, rows[i]) for i in sorted(chosen)]
+    return [_read_row(folder, row) for row in random_rows(folder, count, seed)]
+
+
+def random_rows(folder: Path, count: int, seed: int) -> list[dict]:
+    """The rows of the index that `random_pairs` reads, in the index's order."""
+    index = read_index(folder)
+    chosen = lane(seed, "preview").permutation(len(index))[:count]
+    return index.take(sorted(chosen)).to_pylist()
 
 
 def _read_row(folder: Path, row: dict) -> Pair:

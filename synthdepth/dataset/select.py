@@ -1,7 +1,6 @@
 """Which pairs: the indexes of dataset folders, here or remote, filtered by their columns."""
 
 import dataclasses
-import json
 import math
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
@@ -12,18 +11,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from synthdepth.config import parse_json
+from synthdepth.dataset.contract import check_index, check_manifest
 from synthdepth.dataset.manifest import INDEX, MANIFEST, read_manifest
+from synthdepth.dataset.pair import FIELDS
 from synthdepth.errors import DatasetError
-
-# What a loader can decode of a pair, and the file it is in.
-FIELDS = {
-    "rgb": "rgb.png",
-    "prev": "prev.png",
-    "depth_m": "depth.exr",
-    "flow": "flow.exr",
-    "seg": "seg.png",
-    "normal": "normal.exr",
-}
 
 Where = Mapping[str, str | Collection[str] | tuple[float, float]]
 
@@ -78,7 +70,13 @@ def manifest_of(folder: str) -> dict:
     """The manifest of a folder, here or remote."""
     if not is_remote(folder):
         return read_manifest(Path(folder))
-    return _fetched(within(folder, MANIFEST), json.load)
+
+    def read(file: BinaryIO) -> dict:
+        manifest = parse_json(file.read())
+        check_manifest(manifest)
+        return manifest
+
+    return _fetched(within(folder, MANIFEST), read)
 
 
 def read_rows(
@@ -113,7 +111,7 @@ def read_rows(
     wanted += [_column(file, what) for file in files for what in ("offset", "size")]
     tables, shards = [], []
     for place, (folder, index) in enumerate(zip(folders, indexes, strict=True)):
-        table = index.read(columns=list(dict.fromkeys(wanted)))
+        table = _columns_of(within(folder, INDEX), index, list(dict.fromkeys(wanted)))
         names = pc.unique(table["shard"])
         number = pc.add(pc.index_in(table["shard"], names), len(shards)).cast(pa.int32())
         shards += [within(folder, name) for name in names.to_pylist()]
@@ -166,6 +164,15 @@ def _open_index(folder: str) -> pq.ParquetFile:
         raise DatasetError(f"{folder} has no {INDEX}: the run has not finished") from None
     except (OSError, pa.ArrowException) as error:
         raise DatasetError(f"{place} cannot be read: {error}") from error
+
+
+def _columns_of(place: str, index: pq.ParquetFile, names: list[str]) -> pa.Table:
+    try:
+        table = index.read(columns=names)
+        check_index(table, names)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise DatasetError(f"{place} cannot be used: {error}") from error
+    return table
 
 
 def _fetched(place: str, read):

@@ -6,6 +6,7 @@ import errno
 import hashlib
 import io
 import os
+import platform
 import tarfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,6 +15,11 @@ from synthdepth.errors import DatasetError
 
 # Suffix of a file that is being written; whatever carries it may be deleted.
 PARTIAL = ".partial"
+
+
+def partial_of(path: Path) -> Path:
+    """Where this process writes a file before it gets its name; no other process does, anywhere."""
+    return path.with_name(f"{path.name}.{platform.node()}-{os.getpid()}{PARTIAL}")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -59,7 +65,7 @@ class ShardWriter:
 
     def __init__(self, path: Path):
         self.path = Path(path)
-        self._partial = self.path.with_name(f"{self.path.name}.{os.getpid()}{PARTIAL}")
+        self._partial = partial_of(self.path)
         self.sha256, self.size = "", 0
 
     def __enter__(self) -> "ShardWriter":
@@ -126,7 +132,7 @@ def sync_folder(folder: Path) -> None:
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write a small file so that it is there whole or, after a kill, as it was before."""
-    partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
+    partial = partial_of(path)
     try:
         with open(partial, "wb") as file:
             file.write(data)

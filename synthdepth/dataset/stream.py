@@ -10,11 +10,12 @@ from typing import BinaryIO
 
 import numpy as np
 
+from synthdepth.dataset.archive import entries, mapped
 from synthdepth.dataset.manifest import pair_files
+from synthdepth.dataset.pair import FIELDS
 from synthdepth.dataset.pairs import Transform, decode_sample
 from synthdepth.dataset.sample import Sample
 from synthdepth.dataset.select import (
-    FIELDS,
     Where,
     checked_fields,
     is_remote,
@@ -170,13 +171,12 @@ class PairStream:
     def _members(self, place: str, stream: BinaryIO) -> Iterator[dict]:
         """The files that the fields are in, as webdataset groups them."""
         # On the disk what is not wanted is stepped over; a remote shard comes in one piece.
-        with tarfile.open(fileobj=stream, mode="r|" if is_remote(place) else "r:") as tar:
-            for info in tar:
+        how = ("r|", stream) if is_remote(place) else ("r:", mapped(stream))
+        with tarfile.open(None, *how) as tar:
+            for info in entries(tar):
                 if info.isreg() and info.name.endswith(self._files):
                     data = tar.extractfile(info).read()
                     yield {"fname": info.name, "data": data, "__url__": place}
-                # A long shard would leave a record of every file behind.
-                tar.members.clear()
 
 
 def _reason(error: Exception) -> str:

@@ -2,13 +2,15 @@
 
 import abc
 import dataclasses
-import json
+import operator
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from synthdepth.config import parse_json
 from synthdepth.dataset.exr import decode_depth
+from synthdepth.dataset.picture import check_size
 from synthdepth.dataset.sample import Sample
 from synthdepth.dataset.transforms import Resize, flipped
 from synthdepth.errors import SynthdepthError
@@ -113,9 +115,10 @@ class OnnxSource(Source):
         self.start(1)
         facts = self._session.get_modelmeta().custom_metadata_map
         try:
-            table = json.loads(facts["input"])
-            width, height = json.loads(facts["size"])
-        except (KeyError, ValueError) as error:
+            table = parse_json(facts["input"])
+            width, height = map(operator.index, parse_json(facts["size"]))
+            check_size(width, height)
+        except (KeyError, ValueError, TypeError) as error:
             raise SynthdepthError(
                 f"{path}: allowed is an ONNX file of a model of synthdepth, whose metadata say "
                 f"`input` and `size` ({error} is missing or unreadable)"
@@ -147,8 +150,13 @@ class OnnxSource(Source):
 
     def depth_m(self, samples: Sequence[Sample]) -> np.ndarray:
         """Depth in the size that the file has."""
-        name = self._session.get_inputs()[0].name
-        return self._session.run(None, {name: self.network_input(samples)})[0][:, 0]
+        image = self.network_input(samples)
+        # As above; a graph may also be of anything.
+        try:
+            name = self._session.get_inputs()[0].name
+            return self._session.run(None, {name: image})[0][:, 0]
+        except Exception as error:
+            raise SynthdepthError(f"{self._path} gives no depth: {error}") from None
 
     def network_input(self, samples: Sequence[Sample]) -> np.ndarray:
         """What the network reads, (B, C, height, width) float32 in [-1, 1]."""
@@ -196,10 +204,7 @@ class FolderSource(Source):
         if path.suffix == ".png":
             return read_depth(path)
         try:
-            if path.suffix == ".npy":
-                depth = np.load(path, allow_pickle=False)
-            else:
-                depth = decode_depth(path.read_bytes())
+            depth = _npy(path) if path.suffix == ".npy" else decode_depth(path.read_bytes())
         except (OSError, ValueError) as error:
             raise SynthdepthError(f"{path} cannot be read: {error}") from None
         if depth.ndim != 2 or depth.dtype.kind not in "fiu":
@@ -207,7 +212,7 @@ class FolderSource(Source):
                 f"{path} has shape {depth.shape} and type {depth.dtype}: allowed is "
                 "(height, width) of numbers in metres"
             )
-        return depth
+        return np.asarray(depth)
 
 
 class BaselineSource(Source):
@@ -307,6 +312,16 @@ def open_source(
         f"training, an .onnx file, a folder of predictions, and {BASELINE}NAME with NAME one of "
         f"{', '.join(BASELINES)}"
     )
+
+
+def _npy(path: Path) -> np.ndarray:
+    """The array of a .npy file; ValueError where it is none of plain numbers."""
+    # Mapped, so that a header cannot ask for more memory than the file has bytes, and nothing is
+    # unpickled. A header is parsed as Python, with all the errors that Python has.
+    try:
+        return np.lib.format.open_memmap(path, mode="r")
+    except Exception:
+        raise ValueError("it is no .npy file of numbers, or it is cut off") from None
 
 
 def _input_text(config: InputConfig) -> str:

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from synthdepth.camera import is_rigid
 from synthdepth.dataset.manifest import pair_files, read_index, read_manifest
 from synthdepth.dataset.pair import Pair, decode_pair
 from synthdepth.dataset.shard import Member, read_members
@@ -71,6 +72,8 @@ def _decoded(folder: Path, rows: list[dict], suffixes: dict, on_progress) -> Ite
         }
         try:
             pair = decode_pair(row["key"], read_members(folder / row["shard"], members))
+            if not (is_rigid(pair.world_from_cam) and is_rigid(pair.world_from_cam_prev)):
+                raise ValueError(f"pair {row['key']} has a pose that is no rotation")
         except (OSError, ValueError) as error:
             raise DatasetError(f"{folder / row['shard']}: {error}") from error
         yield pair

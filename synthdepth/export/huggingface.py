@@ -29,10 +29,9 @@ from synthdepth.dataset.card import (
     sheet_jpeg,
     summary,
 )
-from synthdepth.dataset.exr import decode_depth, decode_flow, decode_normal
 from synthdepth.dataset.folder import new_folder
 from synthdepth.dataset.manifest import CARD, SHEET, read_index, read_manifest
-from synthdepth.dataset.pair import META_FIELDS, check_meta
+from synthdepth.dataset.pair import FIELDS, META_FIELDS, decode_fields, decode_meta
 from synthdepth.dataset.shard import read_members, shard_members
 from synthdepth.errors import DatasetError
 from synthdepth.export.folder import ExportReport, write_file
@@ -95,7 +94,7 @@ def export_hf(
             shards = [s["path"] for s in manifest["shards"] if s["split"] == name and s["pairs"]]
             for number, shard in enumerate(shards):
                 path = root / f"data/{name}-{number:05d}-of-{len(shards):05d}.parquet"
-                for written in _write_parquet(path, columns, _rows(folder / shard)):
+                for written in _write_parquet(path, columns, _rows(folder / shard, columns)):
                     done += written
                     on_progress(done, len(index))
         write_file(root / SHEET, sheet_jpeg(folder))
@@ -104,21 +103,19 @@ def export_hf(
     return ExportReport(folder=out, pairs=len(index), notes=(note,))
 
 
-def _rows(shard: Path) -> Iterator[dict]:
+def _rows(shard: Path, columns: Mapping[str, "_Column"]) -> Iterator[dict]:
     """What each column holds of the pairs of a shard: files of pictures, arrays, values."""
+    # Pictures stay the files that they are.
+    arrays = [name for name in FIELDS if name in columns and columns[name].dtype]
+    pictures = [name for name in FIELDS if name in columns and not columns[name].dtype]
     try:
         for key, members in shard_members(shard).items():
             files = read_members(shard, members)
-            meta = json.loads(files["meta.json"])
-            check_meta(meta)
-            row = {"key": key, "rgb": files["rgb.png"], "prev": files["prev.png"]}
-            row["depth_m"] = decode_depth(files["depth.exr"])
-            if "flow.exr" in files:
-                row["flow"], row["visible"] = decode_flow(files["flow.exr"])
-            if "seg.png" in files:
-                row["seg"] = files["seg.png"]
-            if "normal.exr" in files:
-                row["normal"] = decode_normal(files["normal.exr"])
+            meta = decode_meta(files["meta.json"])
+            row = {"key": key} | {name: files[FIELDS[name]] for name in pictures}
+            row |= decode_fields(files, arrays, meta)
+            if row["depth_m"].shape != columns["depth_m"].shape:
+                raise ValueError(f"pair {key} has another size than its dataset")
             yield row | meta | {name: np.array(meta[name]) for name in _MATRICES}
     except (OSError, ValueError, KeyError) as error:
         raise DatasetError(f"{shard} cannot be read: {error}") from error

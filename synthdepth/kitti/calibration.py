@@ -73,10 +73,11 @@ def raw_calibration(folder: Path, camera: int) -> Calibration:
     """
     path = folder / "calib_cam_to_cam.txt"
     table = read_table(path)
-    width, height = _values(table, f"S_rect_{camera:02d}", 2, path).round().astype(int).tolist()
+    width, height = map(round, _values(table, f"S_rect_{camera:02d}", 2, path).tolist())
     return _calibration(
         _values(table, f"P_rect_{camera:02d}", 12, path),
-        rectification=_values(table, "R_rect_00", 9, path),
+        path,
+        rectification=_rotation(table, "R_rect_00", path),
         cam0_from_velo=_rigid_file(folder / "calib_velo_to_cam.txt"),
         velo_from_imu=_rigid_file(folder / "calib_imu_to_velo.txt"),
         size=(width, height),
@@ -88,11 +89,12 @@ def object_calibration(path: Path, camera: int = 2) -> Calibration:
     table = read_table(path)
     velo_from_imu = None
     if "Tr_imu_to_velo" in table:
-        velo_from_imu = _rigid(_values(table, "Tr_imu_to_velo", 12, path))
+        velo_from_imu = _rigid(table, "Tr_imu_to_velo", path)
     return _calibration(
         _values(table, f"P{camera}", 12, path),
-        rectification=_values(table, "R0_rect", 9, path),
-        cam0_from_velo=_rigid(_values(table, "Tr_velo_to_cam", 12, path)),
+        path,
+        rectification=_rotation(table, "R0_rect", path),
+        cam0_from_velo=_rigid(table, "Tr_velo_to_cam", path),
         velo_from_imu=velo_from_imu,
         size=None,
     )
@@ -102,17 +104,31 @@ def selection_calibration(path: Path) -> Calibration:
     """The camera of a frame of `val_selection_cropped`, whose file holds K, nine numbers."""
     try:
         values = np.array([float(value) for value in path.read_text().split()])
-        return Calibration(intrinsics=values.reshape(3, 3))
+        intrinsics = values.reshape(3, 3)
+        if not np.isfinite(values).all():
+            raise ValueError("they are not finite")
+        return Calibration(intrinsics=intrinsics)
     except (OSError, ValueError) as error:
         raise DatasetError(f"{path} does not hold the 9 numbers of K: {_reason(error)}") from None
 
 
-def _calibration(projection, *, rectification, cam0_from_velo, velo_from_imu, size) -> Calibration:
+def _calibration(
+    projection: np.ndarray,
+    path: Path,
+    *,
+    rectification: np.ndarray,
+    cam0_from_velo: np.ndarray | None,
+    velo_from_imu: np.ndarray | None,
+    size: tuple[int, int] | None,
+) -> Calibration:
     projection = projection.reshape(3, 4)
     intrinsics = projection[:, :3]
     cam_from_cam0 = np.eye(4)
-    cam_from_cam0[:3, :3] = rectification.reshape(3, 3)
-    cam_from_cam0[:3, 3] = np.linalg.solve(intrinsics, projection[:, 3])
+    cam_from_cam0[:3, :3] = rectification
+    try:
+        cam_from_cam0[:3, 3] = np.linalg.solve(intrinsics, projection[:, 3])
+    except np.linalg.LinAlgError:
+        raise DatasetError(f"{path}: the projection {projection.tolist()} is no camera's") from None
     cam_from_velo = cam_from_imu = None
     if cam0_from_velo is not None:
         cam_from_velo = cam_from_cam0 @ cam0_from_velo
@@ -127,18 +143,36 @@ def _rigid_file(path: Path) -> np.ndarray | None:
     if not path.exists():
         return None
     table = read_table(path)
-    rotation = _values(table, "R", 9, path).reshape(3, 3)
-    return _rigid(np.column_stack([rotation, _values(table, "T", 3, path)]))
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = _rotation(table, "R", path), _values(table, "T", 3, path)
+    return moved
 
 
-def _rigid(values: np.ndarray) -> np.ndarray:
-    return np.vstack([values.reshape(3, 4), [0, 0, 0, 1.0]])
+def _rigid(table: dict, name: str, path: Path) -> np.ndarray:
+    moved = np.eye(4)
+    moved[:3] = _values(table, name, 12, path).reshape(3, 4)
+    _check_rotation(moved[:3, :3], name, path)
+    return moved
+
+
+def _rotation(table: dict, name: str, path: Path) -> np.ndarray:
+    rotation = _values(table, name, 9, path).reshape(3, 3)
+    _check_rotation(rotation, name, path)
+    return rotation
+
+
+def _check_rotation(matrix: np.ndarray, name: str, path: Path) -> None:
+    # Its files have six digits; what is no rotation has perhaps no inverse.
+    if not np.allclose(matrix @ matrix.T, np.eye(3), atol=0.01):
+        raise DatasetError(f"{path}: {name} is no rotation: {matrix.tolist()}")
 
 
 def _values(table: dict, name: str, count: int, path: Path) -> np.ndarray:
     if name not in table or len(table[name]) != count:
         found = f"{len(table[name])} numbers" if name in table else "nothing"
         raise DatasetError(f"{path}: {name} needs {count} numbers, the file has {found}")
+    if not np.isfinite(table[name]).all():
+        raise DatasetError(f"{path}: {name} needs {count} finite numbers")
     return table[name]
 
 

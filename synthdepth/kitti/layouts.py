@@ -13,6 +13,7 @@ both of the first two.
 
 import dataclasses
 import itertools
+import os
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -85,7 +86,8 @@ class Place:
 
 def existing(*paths: Path) -> Path | None:
     """The first that exists."""
-    return next((path for path in paths if path.exists()), None)
+    # Not Path.exists, which raises where a name is no name of a file.
+    return next((path for path in paths if os.path.exists(path)), None)
 
 
 def drive_frame(

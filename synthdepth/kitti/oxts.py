@@ -27,6 +27,9 @@ def read_oxts(path: Path) -> np.ndarray:
         raise DatasetError(f"{path} cannot be read: {error}") from None
     if len(values) != _COUNT:
         raise DatasetError(f"{path} has {len(values)} numbers: allowed are {_COUNT}")
+    # The others are not used, and may be NaN.
+    if not np.isfinite(values[:6]).all() or abs(values[0]) >= 90:
+        raise DatasetError(f"{path} has {values[:6].tolist()} for a pose, which is nowhere")
     return values
 
 

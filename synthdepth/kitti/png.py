@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from synthdepth.dataset.picture import decode_picture
 from synthdepth.errors import DatasetError
 
 PER_METRE = 256
@@ -45,10 +46,8 @@ def read_picture(path: Path) -> np.ndarray:
 
 def _read(path: Path, flags: int) -> np.ndarray:
     try:
-        data = path.read_bytes()
+        return decode_picture(path.read_bytes(), flags)
     except OSError as error:
         raise DatasetError(f"{path} cannot be read: {error.strerror}") from None
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
-    if image is None:
-        raise DatasetError(f"{path} is no readable picture")
-    return image
+    except ValueError as error:
+        raise DatasetError(f"{path} is no readable picture: {error}") from None

@@ -15,9 +15,9 @@ from synthdepth.kitti.layouts import KINDS, Frame, Place, drive_frame
 
 _CAMERA_OF_SIDE = {"l": 2, "r": 3}
 _BTS = re.compile(
-    r"(?:\S*/)?(\S+_sync)/image_(\d\d)/data/(\d+)\.\w+(?:\s+(None|\S+\.png))?(?:\s+[\d.]+)?"
+    r"(?:\S*/)?(\S+_sync)/image_(\d\d)/data/(\d{1,10})\.\w+(?:\s+(None|\S+\.png))?(?:\s+[\d.]+)?"
 )
-_MONODEPTH2 = re.compile(r"(?:\S*/)?(\S+_sync)\s+(\d+)\s+([lr])")
+_MONODEPTH2 = re.compile(r"(?:\S*/)?(\S+_sync)\s+(\d{1,10})\s+([lr])")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

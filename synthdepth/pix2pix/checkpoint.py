@@ -13,6 +13,7 @@ import safetensors
 import safetensors.torch
 import torch
 
+from synthdepth.config import parse_json, shown
 from synthdepth.dataset.shard import write_whole
 from synthdepth.errors import SynthdepthError
 from synthdepth.pix2pix.config import TrainConfig
@@ -67,7 +68,7 @@ def restore_state(path: Path, state: State) -> None:
             moments["step"] = torch.zeros((), device=parameter.device)
             _copy(path, moments, tensors, f"{name}_adam.{key}.")
             adam.state[parameter] = moments
-    state.progress = Progress(**facts["progress"])
+    state.progress = _progress(path, facts["progress"])
 
 
 def save_model(path: Path, generator: UNetGenerator, facts: Mapping) -> None:
@@ -94,13 +95,13 @@ def load_generator(path: Path | str) -> tuple[UNetGenerator, TrainConfig]:
         weights = {name.removeprefix(prefix): file.get_tensor(name) for name in ours}
     with torch.device("meta"):
         generator = UNetGenerator(config.generator)
-    there = {name: tuple(value.shape) for name, value in weights.items()}
-    wanted = {name: tuple(value.shape) for name, value in generator.state_dict().items()}
+    there = {name: _kind(value) for name, value in weights.items()}
+    wanted = {name: _kind(value) for name, value in generator.state_dict().items()}
     for name in sorted(there.keys() | wanted.keys()):
         if there.get(name) != wanted.get(name):
             raise SynthdepthError(
-                f"{path}: {name} has shape {there.get(name)}, allowed is {wanted.get(name)}: it "
-                "does not agree with its own configuration"
+                f"{path}: {name} has {there.get(name, 'nothing')}, allowed is "
+                f"{wanted.get(name, 'nothing')}: it does not agree with its own configuration"
             )
     generator.load_state_dict(weights, assign=True)
     return generator.eval().requires_grad_(False), config
@@ -125,7 +126,7 @@ def read_facts(path: Path) -> dict:
     """
     try:
         with safetensors.safe_open(path, "pt") as file:
-            facts = json.loads((file.metadata() or {})[_HEADER])
+            facts = parse_json((file.metadata() or {})[_HEADER])
     except FileNotFoundError:
         raise SynthdepthError(f"{path}: there is no such file") from None
     except (OSError, KeyError, ValueError, safetensors.SafetensorError) as error:
@@ -133,9 +134,27 @@ def read_facts(path: Path) -> dict:
         raise SynthdepthError(
             f"{path}: allowed is a .safetensors file that `synthdepth train` wrote ({reason})"
         ) from None
-    if facts.get("format") != FORMAT:
-        raise SynthdepthError(f"{path} has format {facts.get('format')}: allowed is {FORMAT}")
+    there = facts.get("format") if isinstance(facts, dict) else None
+    if there != FORMAT:
+        raise SynthdepthError(f"{path} has format {shown(there)}: allowed is {FORMAT}")
     return facts
+
+
+def _kind(tensor: torch.Tensor) -> str:
+    """Shape and type of a tensor, in words."""
+    return f"shape {tuple(tensor.shape)} of {str(tensor.dtype).removeprefix('torch.')}"
+
+
+def _progress(path: Path, table) -> Progress:
+    """Where a training stood, as its checkpoint says."""
+    counts = {field.name for field in dataclasses.fields(Progress)} - {"best"}
+    right = isinstance(table, dict) and table.keys() == counts | {"best"}
+    if right:
+        right = all(type(table[n]) in (int, float) and table[n] >= 0 for n in counts)
+        right &= isinstance(table["best"], dict | None)
+    if not right:
+        raise SynthdepthError(f"{path} has the progress {shown(table)}, which no training has")
+    return Progress(**table)
 
 
 def _write(path: Path, tensors: Mapping[str, torch.Tensor], facts: Mapping) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from synthdepth.camera import Intrinsics
 from synthdepth.dataset import PairDataset
 from synthdepth.dataset.manifest import MANIFEST
+from synthdepth.dataset.picture import check_size, decode_picture
 from synthdepth.dataset.sample import Sample
 from synthdepth.errors import DatasetError
 from synthdepth.pix2pix.inputs import TRUTH, InputConfig
@@ -108,9 +109,11 @@ def _order(part: str) -> tuple:
 
 def _read_all(pictures: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
     for file in pictures:
-        image = cv2.imread(str(file), cv2.IMREAD_COLOR)
-        if image is None:
-            raise DatasetError(f"{file} is not a readable picture")
+        try:
+            image = decode_picture(file.read_bytes(), cv2.IMREAD_COLOR)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise DatasetError(f"{file} is not a readable picture: {reason}") from None
         yield file.stem, cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
@@ -121,6 +124,11 @@ def _video(path: Path) -> tuple[Iterator[tuple[str, np.ndarray]], int | None]:
             f"{path} is not a readable video: allowed are a dataset folder, pictures "
             f"({', '.join(PICTURES)}), or a video that OpenCV reads"
         )
+    sides = (video.get(side) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+    try:
+        check_size(*sides)
+    except ValueError as error:
+        raise DatasetError(f"{path} is not a readable video: {error}") from None
 
     def frames() -> Iterator[tuple[str, np.ndarray]]:
         for number in itertools.count():

@@ -56,6 +56,7 @@ def begin(out: Path, state: State, facts: Mapping, *, resume: bool) -> None:
     there = read_facts(last)
     if "progress" not in there:
         raise SynthdepthError(f"{last} is a model: allowed is a folder that `train` made")
+    there["config"] = TrainConfig.from_table(there.get("config"), f"{last}: config").as_table()
     found = first_difference(_identity(there, facts), _identity(facts, there))
     if found:
         name, old, new = found
@@ -72,7 +73,7 @@ def _identity(facts: Mapping, other: Mapping) -> dict:
     # A pass more changes none before it, as long as the learning rate does not depend on it.
     if config.get("decay") == "none":
         config["epochs"] = max(config["epochs"], other["config"]["epochs"])
-    return {"config": config, "data": facts["data"], "processes": facts["processes"]}
+    return {"config": config, "data": facts.get("data"), "processes": facts.get("processes")}
 
 
 class Keeper:

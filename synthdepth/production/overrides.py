@@ -2,10 +2,10 @@
 
 import dataclasses
 import re
-import tomllib
 from pathlib import Path
 
 from synthdepth.airsim.settings import camera_from_settings
+from synthdepth.config import parse_toml
 from synthdepth.errors import DatasetError, RecipeError
 from synthdepth.production.recipe import CAMERAS, CameraRecipe, Recipe
 
@@ -97,8 +97,8 @@ def _camera(name_or_file: str) -> CameraRecipe:
             "or AirSim's settings.json"
         )
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table = parse_toml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
         raise RecipeError(f"--camera {path} cannot be read: {error}") from None
     return CameraRecipe.from_table(table, path.name)
 

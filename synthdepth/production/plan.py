@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 from synthdepth.errors import SynthdepthError
 from synthdepth.seeding import derive_seed
@@ -17,6 +18,7 @@ class ShardJob:
         split: "train" or "test".
         path: of the shard, relative to the dataset folder.
         pairs: how many of the scene's pairs are wanted, from its first.
+        extends: the manifest's record of a shorter shard that is there already, if there is one.
     """
 
     scene_index: int
@@ -24,6 +26,7 @@ class ShardJob:
     split: str
     path: str
     pairs: int
+    extends: Mapping | None = None
 
 
 def plan_shards(

@@ -1,12 +1,11 @@
 """Recipes: the TOML files that say what a dataset is drawn from."""
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
 from synthdepth.camera import Intrinsics
-from synthdepth.config import Config, number
+from synthdepth.config import Config, number, parse_toml, shown, shown_key
 from synthdepth.errors import RecipeError
 from synthdepth.flight.limits import FlightLimits
 from synthdepth.maps.light import LightRanges
@@ -156,12 +155,12 @@ def load_recipe(name_or_file: str) -> Recipe:
             f"--map {name_or_file} is unknown: the maps are {', '.join(shipped)}, or a .toml file"
         )
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = parse_toml(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise RecipeError(f"--map {path} does not exist") from None
     except (OSError, UnicodeDecodeError) as error:
         raise RecipeError(f"{path} cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise RecipeError(f"{path} is not valid TOML: {error}") from None
     return recipe_from_table(table, path.name)
 
@@ -171,10 +170,12 @@ def recipe_from_table(table: Mapping, where: str) -> Recipe:
     allowed = ["map", "scene", *_SECTIONS]
     for key in table:
         if key not in allowed:
-            raise RecipeError(f"{where}: {key} is unknown: allowed are {', '.join(allowed)}")
+            raise RecipeError(
+                f"{where}: {shown_key(key)} is unknown: allowed are {', '.join(allowed)}"
+            )
     map_name = table.get("map")
-    if map_name not in MAPS:
-        raise RecipeError(f"{where}: map = {map_name!r}: allowed are {', '.join(MAPS)}")
+    if not isinstance(map_name, str) or map_name not in MAPS:
+        raise RecipeError(f"{where}: map = {shown(map_name)}: allowed are {', '.join(MAPS)}")
     parts = {
         name: kind.from_table(table.get(name, {}), f"{where}: [{name}]")
         for name, kind in _SECTIONS.items()

@@ -2,38 +2,36 @@
 
 import contextlib
 import dataclasses
-import fcntl
 import functools
-import importlib.metadata
 import os
-import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Literal
 
-import synthdepth
-from synthdepth.dataset.card import write_card
-from synthdepth.dataset.croissant import write_croissant
-from synthdepth.dataset.manifest import (
-    DESCRIPTIONS,
-    MANIFEST,
-    check_identity,
-    read_manifest,
-    write_index,
-    write_manifest,
-)
-from synthdepth.dataset.pair import META_FIELDS, SCHEMA_VERSION, scene_of_key
-from synthdepth.dataset.shard import PARTIAL, sha256_of, shard_members, write_error
+import pyarrow as pa
+
+from synthdepth.dataset.manifest import index_table
 from synthdepth.errors import DatasetError, SynthdepthError
-from synthdepth.maps.world import LABELS
+from synthdepth.production.ledger import Ledger, blank_manifest, software
 from synthdepth.production.plan import ShardJob, plan_shards
-from synthdepth.production.pool import Finished, run_jobs
+from synthdepth.production.pool import (
+    PATIENCE_S,
+    Finished,
+    LostJobError,
+    Progress,
+    Restarted,
+    run_jobs,
+)
 from synthdepth.production.recipe import Recipe
-from synthdepth.production.shard_job import run_shard_job, shard_record
+from synthdepth.production.shard_job import GateError, run_shard_job
+from synthdepth.production.storage import GoneError, Storage, storage_of
 from synthdepth.render.backend import Backend, activate, choose
 
 # What a worker needs at most; more workers than fit are not started by default.
 WORKER_MEMORY_BYTES = 2 * 2**30
+# A worker may be silent for this long a sample of a pair: a thousand times what the slowest needs.
+_PATIENCE_S_PER_SAMPLE = 1e-3
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -41,18 +39,33 @@ class RunReport:
     """What a run did.
 
     Attributes:
-        folder: the dataset.
+        folder: the dataset: a folder, or an address.
         pairs: pairs in the dataset now.
         rendered: pairs rendered by this run.
         wall_s: of this run.
         render_share: share of the workers' time inside rendering, denoising and ground truth.
     """
 
-    folder: Path
+    folder: Path | str
     pairs: int
     rendered: int
     wall_s: float
     render_share: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ShardResult:
+    """What a worker gives back.
+
+    Attributes:
+        record: the shard's, for the manifest.
+        rows: its rows of the index, where reading the shard again would cost a transfer.
+        seconds: that the job took.
+    """
+
+    record: dict
+    rows: pa.Table | None
+    seconds: float
 
 
 def default_workers() -> int:
@@ -70,15 +83,18 @@ def usable_cores() -> int:
 
 def render_dataset(
     recipe: Recipe,
-    folder: Path,
+    folder: Path | str,
     *,
     pairs: int,
     seed: int = 0,
     train_share: float = 0.5,
     workers: int | None = None,
     variant: str | None = None,
+    executor: Literal["local", "ray"] = "local",
+    ray_address: str | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
     on_backend: Callable[[Backend], None] = lambda backend: None,
+    on_restart: Callable[[Restarted], None] = lambda event: None,
 ) -> RunReport:
     """Render a dataset, or whatever is still missing of it.
 
@@ -87,21 +103,25 @@ def render_dataset(
 
     Args:
         recipe: what it is drawn from.
-        folder: where it goes; made if it is not there.
+        folder: where it goes: a folder, made if it is not there, or an address that fsspec knows
+            (`s3://bucket/folder`).
         pairs: how many pairs the dataset shall hold.
         seed: 0 is a seed like any other.
         train_share: share of the scenes in the split "train"; the others are "test".
-        workers: processes at once; by default one a core.
+        workers: processes at once; by default one a core, of a Ray cluster all of it.
         variant: "cuda", "llvm" or "scalar" instead of the best that works.
+        executor: "local" for processes of this machine, "ray" for a Ray cluster, whose nodes must
+            all reach `folder`.
+        ray_address: of the cluster; by default the one that this machine belongs to.
         on_progress: called with (pairs done, pairs wanted).
         on_backend: called once with the backend that renders.
+        on_restart: called when a worker was lost and its shard begins again.
 
     Raises:
         SynthdepthError: the arguments cannot be, the folder holds another dataset or cannot be
-            written, or no flight was found in a scene.
+            written, no flight was found in a scene, or a shard's worker was lost again and again.
     """
     started = time.perf_counter()
-    folder = Path(folder)
     if workers is not None and not 1 <= workers <= 1024:
         raise SynthdepthError(f"--workers {workers}: allowed is a whole number from 1 to 1024")
     jobs = plan_shards(
@@ -111,49 +131,108 @@ def render_dataset(
         pairs_per_scene=recipe.sampling.pairs_per_scene,
         train_share=train_share,
     )
+    if executor == "ray":
+        from synthdepth.production.ray_pool import installed_ray
+
+        installed_ray()
+    storage = storage_of(folder)
     backend = choose(variant)
     on_backend(backend)
-    asked = _blank_manifest(recipe, seed, train_share, backend)
-    with _locked(folder):
-        records = _records_there(folder, asked)
-        with _swept(folder):
-            keep = [r for r in records.values() if r["pairs"]]
-            manifest = asked | {"pairs_planned": max(pairs, sum(r["pairs"] for r in keep))}
-            todo = [job for job in jobs if records.get(job.path, {"pairs": 0})["pairs"] < job.pairs]
-            done = sum(
-                min(records[job.path]["pairs"], job.pairs) for job in jobs if job.path in records
-            )
-            already = done
+    asked = blank_manifest(recipe, seed, train_share, backend)
+    with storage.locked(), storage.workspace() as work:
+        ledger = Ledger(storage, work, asked, pairs)
+        with storage.swept():
+            todo = [
+                dataclasses.replace(job, extends=ledger.records.get(job.path))
+                for job in jobs
+                if ledger.pairs_of(job.path) < job.pairs
+            ]
+            already = done = sum(min(ledger.pairs_of(job.path), job.pairs) for job in jobs)
             on_progress(done, pairs)
-            _save(folder, manifest, records)
-
-            workers = min(workers or default_workers(), max(len(todo), 1))
-            threads = max(1, usable_cores() // workers)
-            work = functools.partial(
-                _render_shard, recipe=recipe, folder=folder, backend=backend, threads=threads
-            )
-            counted = [records.get(job.path, {"pairs": 0})["pairs"] for job in todo]
+            if todo:
+                ledger.start()
+            counted = [ledger.pairs_of(job.path) for job in todo]
             spent, rendering = 0.0, 0.0
-            for event in run_jobs(work, todo, workers):
-                if isinstance(event, Finished):
-                    record, seconds = event.result
-                    records[record["path"]] = record
-                    spent, rendering = spent + seconds, rendering + sum(record["cost"]["render_s"])
-                    _save(folder, manifest, records)
-                    progress = record["pairs"]
-                else:
-                    progress = event.done
-                done += progress - counted[event.job]
-                counted[event.job] = progress
-                on_progress(done, pairs)
-            _finish(folder, manifest, records)
+            render = functools.partial(
+                _render_shard, recipe=recipe, storage=storage, expected=asked["software"]
+            )
+            events = _events(render, todo, workers, recipe, backend, executor, ray_address)
+            try:
+                # Closed before the folder is swept: then no worker is left to write into it.
+                with contextlib.closing(events):
+                    for event in events:
+                        if isinstance(event, Finished):
+                            result = event.result
+                            ledger.add(result.record, result.rows)
+                            progress = result.record["pairs"]
+                            spent += result.seconds
+                            rendering += sum(result.record["cost"]["render_s"])
+                        else:
+                            progress = event.done
+                        if isinstance(event, Restarted):
+                            on_restart(event)
+                        ledger.save()
+                        done += progress - counted[event.job]
+                        counted[event.job] = progress
+                        on_progress(done, pairs)
+                ledger.finish()
+            except LostJobError as error:
+                raise SynthdepthError(
+                    f"{todo[error.job].path} could not be rendered: {error}; {_safe(ledger)}"
+                ) from error
+            except GateError as error:
+                raise SynthdepthError(
+                    f"{error}; synthdepth pair {storage.place} {error.key} renders it alone"
+                ) from error
+            except GoneError:
+                raise
+            except DatasetError as error:
+                raise DatasetError(f"{error}; {_safe(ledger)}") from error
     return RunReport(
-        folder=folder,
-        pairs=sum(record["pairs"] for record in records.values()),
+        folder=storage.place,
+        pairs=ledger.pairs,
         rendered=done - already,
         wall_s=time.perf_counter() - started,
         render_share=rendering / spent if spent else 0.0,
     )
+
+
+def _safe(ledger: Ledger) -> str:
+    return f"the {ledger.pairs} pairs of finished shards are safe, and the same command goes on"
+
+
+def _events(
+    render: Callable,
+    todo: list[ShardJob],
+    workers: int | None,
+    recipe: Recipe,
+    backend: Backend,
+    executor: str,
+    ray_address: str | None,
+) -> Iterator[Progress | Finished]:
+    """What happens to the jobs, here or on a cluster."""
+    camera = recipe.camera
+    patience_s = PATIENCE_S + _PATIENCE_S_PER_SAMPLE * camera.width * camera.height * (
+        recipe.render.spp
+    )
+    if executor == "ray":
+        from synthdepth.production import ray_pool
+
+        # Every node has a libLLVM of its own.
+        work = functools.partial(render, backend=backend.name, threads=1)
+        return ray_pool.run_jobs(
+            work,
+            todo,
+            workers,
+            patience_s=patience_s,
+            address=ray_address,
+            memory_bytes=WORKER_MEMORY_BYTES,
+            gpus=int(backend.name == "cuda"),
+        )
+    workers = min(workers or default_workers(), max(len(todo), 1))
+    threads = max(1, usable_cores() // workers)
+    work = functools.partial(render, backend=backend, threads=threads)
+    return run_jobs(work, todo, workers, patience_s=patience_s)
 
 
 def _render_shard(
@@ -161,144 +240,33 @@ def _render_shard(
     report: Callable[[int], None],
     *,
     recipe: Recipe,
-    folder: Path,
-    backend: Backend,
+    storage: Storage,
+    expected: Mapping,
+    backend: Backend | str,
     threads: int,
-) -> tuple[dict, float]:
-    """What a worker process does: one shard, its record, and the seconds it took."""
+) -> ShardResult:
+    """What a worker process does: one shard."""
     start = time.perf_counter()
-    activate(backend, threads)
-    record = run_shard_job(job, recipe, folder, report)
-    return record, time.perf_counter() - start
+    storage.check()
+    activate(choose(backend) if isinstance(backend, str) else backend, threads)
+    _check_software(expected)
+    with storage.workspace() as work:
+        if job.extends:
+            storage.pull(work, job.path)
+        record = run_shard_job(job, recipe, work, report)
+        path = work / job.path
+        rows = None
+        if work != storage.place:
+            rows = index_table(path, job.path, {"recipe": recipe.as_dict()})
+        storage.push(work, job.path, alive=lambda: report(record["pairs"]))
+    return ShardResult(record=record, rows=rows, seconds=time.perf_counter() - start)
 
 
-def _blank_manifest(recipe: Recipe, seed: int, train_share: float, backend: Backend) -> dict:
-    version = importlib.metadata.version
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "map": recipe.map,
-        "seed": seed,
-        "train_share": train_share,
-        "pairs_planned": 0,
-        "complete": False,
-        "splits": {},
-        "software": {
-            "synthdepth": synthdepth.__version__,
-            "mitsuba": version("mitsuba"),
-            "numpy": version("numpy"),
-            "variant": backend.variant,
-            "machine": platform.machine(),
-        },
-        "depth": {
-            "unit": "metre",
-            "convention": "planar",
-            "channel": "Z",
-            "dtype": "float32",
-            "max_depth_m": recipe.render.max_depth_m,
-        },
-        "meta_fields": list(META_FIELDS),
-        "labels": LABELS if "seg" in recipe.render.modalities else {},
-        "recipe": recipe.as_dict(),
-        "shards": [],
-    }
-
-
-@contextlib.contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Make the folder and keep other runs out of it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise write_error(folder / MANIFEST, error) from error
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(handle)
-        raise DatasetError(f"another run is writing to {folder}: wait for it or stop it") from None
-    try:
-        yield
-    finally:
-        os.close(handle)
-
-
-@contextlib.contextmanager
-def _swept(folder: Path) -> Iterator[None]:
-    """Remove what was left half written, before and after; only in a folder known to be ours."""
-    try:
-        _sweep(folder)
-        yield
-    finally:
-        _sweep(folder)
-
-
-def _sweep(folder: Path) -> None:
-    ours = (*DESCRIPTIONS, "train/*.tar", "test/*.tar")
-    for pattern in (f"{name}.*{PARTIAL}" for name in ours):
-        for partial in folder.glob(pattern):
-            partial.unlink(missing_ok=True)
-
-
-def _records_there(folder: Path, asked: dict) -> dict[str, dict]:
-    """The records of the shards that are whole, by path."""
-    if not (folder / MANIFEST).exists():
-        strangers = sorted(
-            p.name for p in folder.iterdir() if not p.match(f"{MANIFEST}.*{PARTIAL}")
-        )
-        if strangers:
+def _check_software(expected: Mapping) -> None:
+    """Refuse to mix what other versions would render into a dataset."""
+    for name, here in software(expected["variant"]).items():
+        if here != expected[name]:
             raise DatasetError(
-                f"{folder} holds {strangers[0]!r} and no dataset: choose an empty or new --out"
+                f"a worker on {os.uname().nodename} has {name} {here}, the run was started with "
+                f"{expected[name]}"
             )
-        there = asked
-    else:
-        there = read_manifest(folder)
-        check_identity(folder, there, asked)
-    known = {record["path"]: record for record in there["shards"]}
-    records = {}
-    for path in sorted(folder.glob("*/*.tar")):
-        name = path.relative_to(folder).as_posix()
-        record = known.get(name)
-        if record is None or record["bytes"] != path.stat().st_size:
-            record = _record_of(path, name, asked)
-        if record is not None:
-            records[name] = record
-    return records
-
-
-def _record_of(path: Path, name: str, asked: dict) -> dict | None:
-    """The record of a shard that got its name just before a kill; None where it is not ours."""
-    per_scene = asked["recipe"]["sampling"]["pairs_per_scene"]
-    try:
-        keys = list(shard_members(path))
-        scene_index = scene_of_key(keys[0])
-    except (ValueError, IndexError):
-        return None
-    job = plan_shards(
-        map_name=asked["map"],
-        seed=asked["seed"],
-        pairs=(scene_index + 1) * per_scene,
-        pairs_per_scene=per_scene,
-        train_share=asked["train_share"],
-    )[-1]
-    if job.path != name:
-        return None
-    job = dataclasses.replace(job, pairs=len(keys))
-    return shard_record(job, sha256_of(path), path.stat().st_size, None)
-
-
-def _save(folder: Path, manifest: dict, records: dict[str, dict]) -> None:
-    shards = sorted(records.values(), key=lambda record: record["scene_index"])
-    splits: dict[str, int] = {}
-    for record in shards:
-        splits[record["split"]] = splits.get(record["split"], 0) + record["pairs"]
-    complete = sum(splits.values()) >= manifest["pairs_planned"]
-    write_manifest(folder, manifest | {"complete": complete, "splits": splits, "shards": shards})
-
-
-def _finish(folder: Path, manifest: dict, records: dict[str, dict]) -> None:
-    """Write what is made of all shards: index, card and Croissant."""
-    _save(folder, manifest, records)
-    final = read_manifest(folder)
-    write_index(folder, final)
-    write_card(folder, final)
-    write_croissant(folder, final)

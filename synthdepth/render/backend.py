@@ -16,6 +16,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from synthdepth.config import parse_json
 from synthdepth.errors import BackendError
 
 VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
@@ -119,10 +120,11 @@ def remembered_probe(name: str, library: str | None = None) -> str | None:
     """`probe`, asked once per machine, variant, library and version."""
     path, key = _memory_path(), _fingerprint(name, library)
     try:
-        verdicts = json.loads(path.read_text())
+        verdicts = parse_json(path.read_text())
     except (OSError, ValueError):
         verdicts = {}
-    if key in verdicts:
+    verdicts = verdicts if isinstance(verdicts, dict) else {}
+    if isinstance(verdicts.get(key, 0), str | None):
         return verdicts[key]
     verdict = probe(name, library)
     try:
