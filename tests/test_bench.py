@@ -4,6 +4,7 @@ import json
 import time
 from dataclasses import asdict
 
+import numpy as np
 import pytest
 
 from synthdepth.errors import SynthdepthError
@@ -90,6 +91,7 @@ def test_medians_leave_out_what_is_slow_once():
         ({"runs": 0}, "runs 0: allowed is a whole number from 1"),
         ({"threads": 0}, "threads 0: allowed is a whole number from 1"),
         ({"model": "no/such"}, "no/such: there is no such file"),
+        ({"flow": "tea leaves"}, "flow 'tea leaves': allowed are farneback"),
         ({"size": "big"}, "size 'big': allowed is WIDTHxHEIGHT"),
         ({"device": "tpu"}, "device 'tpu': allowed are cpu"),
     ],
@@ -98,3 +100,21 @@ def test_mistakes_are_told_in_one_line(model, given, told):
     with pytest.raises(SynthdepthError, match=told) as raised:
         bench(**{"model": model} | given)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of torch's own modules
+def test_compiled_it_predicts_the_same(model):
+    from synthdepth.pix2pix.predict import Predictor
+
+    plain, compiled = (Predictor(model, device="cpu", compiled=how) for how in (False, True))
+    pair = runtimes._pair(48, 32)
+    np.testing.assert_allclose(compiled.depth_m([pair]), plain.depth_m([pair]), rtol=1e-4)
+
+
+def test_compiling_needs_a_compiler(model, monkeypatch):
+    from synthdepth.pix2pix.predict import Predictor
+
+    monkeypatch.setenv("CXX", "no-such-compiler")
+    with pytest.raises(SynthdepthError, match=r"a C\+\+ compiler: there is no no-such-compiler"):
+        Predictor(model, device="cpu", compiled=True)

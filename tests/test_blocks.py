@@ -10,6 +10,7 @@ from synthdepth.errors import RecipeError
 from synthdepth.maps.arena.filling import FreeSpace
 from synthdepth.maps.arena.palette import draw_palette
 from synthdepth.maps.arena.plan import EDGE_M, THEMES, draw_plots
+from synthdepth.maps.arena.site import landmarks
 from synthdepth.maps.arena.solids import cone, cuboids, cylinder, pipe, sphere, wedge
 from synthdepth.maps.arena.walls import arch, pierced_wall
 from synthdepth.maps.arena.zone import Zone
@@ -142,3 +143,12 @@ def test_everything_that_an_arena_has_is_there(world):
 def test_wrong_ranges_are_refused():
     with pytest.raises(RecipeError, match="density"):
         BlocksRanges(density=(2.0, 9.0))
+
+
+def test_few_large_zones_have_fewer_landmarks():
+    """They stand at corners of lanes, of which there may be only one."""
+    for zones in (1, 2, 6):
+        plots = [plot for plot in draw_plots(lane(1, "zones"), (60, 105), 0.5, BOUNDS) if plot.near]
+        models = landmarks(lane(2, "landmarks"), plots[:zones], 1.0)
+        # The water tower stands outside.
+        assert 2 <= len(models) <= zones + 1

@@ -189,6 +189,9 @@ def changed(tree, path, value):
         (("recipe", "camera", "width"), 10**6),
         (("depth", "max_depth_m"), float("nan")),
         (("splits",), None),
+        (("files",), {"../x": {"bytes": 1, "sha256": ""}}),
+        (("files",), {"x": {"bytes": -1, "sha256": ""}}),
+        (("labels",), {"sky": "x"}),
     ],
 )
 def test_manifests_hold_what_readers_rely_on(folder, path, value):

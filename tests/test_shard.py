@@ -94,6 +94,39 @@ def test_strange_members_are_refused(tmp_path, name):
         shard_members(tmp_path / "a.tar")
 
 
+def test_archives_of_every_length_end(tmp_path):
+    """They are padded to records of 20 blocks, of which the end takes two."""
+    for blocks in range(1, 24):
+        write(tmp_path / "a.tar", {"key": {"rgb.png": bytes(512 * blocks - 1)}})
+        assert shard_members(tmp_path / "a.tar")["key"]["rgb.png"].size == 512 * blocks - 1
+
+
+def test_no_flipped_bit_of_a_header_loses_a_pair_unnoticed(tmp_path):
+    """tarfile takes a damaged header for the archive's end, without an error."""
+    write(tmp_path / "a.tar")
+    data = (tmp_path / "a.tar").read_bytes()
+    whole = shard_members(tmp_path / "a.tar")
+    for at in range(0, data.rindex(b"ustar"), 37):
+        flipped = bytearray(data)
+        flipped[at] ^= 1 << at % 8
+        (tmp_path / "b.tar").write_bytes(flipped)
+        try:
+            found = shard_members(tmp_path / "b.tar")
+        except ValueError:
+            continue
+        assert found == whole, at
+
+
+@pytest.mark.parametrize("kept", [512 * 2, 512 * 6, 512 * 30, 512 * 31])
+def test_an_archive_without_its_end_is_refused(tmp_path, kept):
+    write(tmp_path / "a.tar")
+    data = (tmp_path / "a.tar").read_bytes()
+    assert len(data) > 512 * 32
+    (tmp_path / "a.tar").write_bytes(data[:kept])
+    with pytest.raises(ValueError, match="broken at byte|no readable tar"):
+        shard_members(tmp_path / "a.tar")
+
+
 def test_links_and_doubles_are_refused(tmp_path):
     with tarfile.open(tmp_path / "link.tar", "w") as tar:
         link = tarfile.TarInfo("a.rgb.png")

@@ -39,6 +39,7 @@ ONLY_IN = {
     "mitsuba_oidn": "render",
     "tyro": "cli",
     "rerun": "view",
+    "ray": "production",
 }
 
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__main__.py")

@@ -11,6 +11,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from synthdepth.config import parse_json
 from synthdepth.dataset.contract import check_manifest
 from synthdepth.dataset.manifest import CHECKSUMS, DERIVED, MANIFEST, manifest_bytes
 from synthdepth.dataset.shard import sha256_of, write_whole
@@ -114,7 +115,7 @@ def _sha256(data: bytes) -> str:
 def _parsed(data: bytes | None) -> dict | None:
     """The manifest of these bytes, if they are one."""
     try:
-        manifest = json.loads(data or b"")
+        manifest = parse_json(data or b"")
         check_manifest(manifest)
         return manifest
     except ValueError:

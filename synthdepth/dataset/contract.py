@@ -74,6 +74,17 @@ def _are_modalities(value) -> bool:
     return isinstance(value, list) and all(v in list(BY_MODALITY) for v in value)
 
 
+def _are_files(value) -> bool:
+    """Sizes and checksums of files that lie in the dataset's folder itself."""
+    return isinstance(value, dict) and all(
+        re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9._-]*", name)
+        and isinstance(record, dict)
+        and _is_whole(record.get("bytes"))
+        and isinstance(record.get("sha256"), str)
+        for name, record in value.items()
+    )
+
+
 def _is_shard(value) -> bool:
     return isinstance(value, str) and len(value) < 1000 and re.fullmatch(_SHARD, value) is not None
 
@@ -95,6 +106,7 @@ _MANIFEST = {
         "render": {"modalities": _are_modalities, "max_depth_m": _is_range},
     },
     "labels?": _are_labels,
+    "files?": _are_files,
     "shards": _is(list),
 }
 _RECORD = {

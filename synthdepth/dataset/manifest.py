@@ -7,7 +7,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, META_FIELDS
+from synthdepth.config import parse_json
+from synthdepth.dataset.contract import check_index, check_manifest
+from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, META_FIELDS, decode_meta
 from synthdepth.dataset.shard import read_members, shard_members, write_whole
 from synthdepth.errors import DatasetError
 
@@ -37,13 +39,12 @@ def read_manifest(folder: Path) -> dict:
     """
     path = Path(folder) / MANIFEST
     try:
-        manifest = json.loads(path.read_text())
-        if not isinstance(manifest, dict) or not isinstance(manifest["shards"], list):
-            raise ValueError("no list of shards")
+        manifest = parse_json(path.read_bytes())
+        check_manifest(manifest)
         return manifest
     except FileNotFoundError:
         raise DatasetError(f"{folder} holds no dataset: there is no {MANIFEST}") from None
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError) as error:
         raise DatasetError(f"{path} is not a manifest: {error}") from error
 
 
@@ -111,9 +112,15 @@ def index_table(path: Path, shard: str, manifest: Mapping) -> pa.Table:
         path: of the shard.
         shard: its path within the dataset.
         manifest: the dataset's, of which `recipe` is used.
+
+    Raises:
+        DatasetError: the shard cannot be read, or holds something else.
     """
-    rows = [_index_row(path, shard, key, files) for key, files in shard_members(path).items()]
-    return pa.Table.from_pylist(rows, _index_schema(manifest))
+    try:
+        rows = [_index_row(path, shard, key, files) for key, files in shard_members(path).items()]
+        return pa.Table.from_pylist(rows, _index_schema(manifest))
+    except (OSError, ValueError, KeyError) as error:
+        raise DatasetError(f"{path} is broken: {error}; synthdepth verify says more") from error
 
 
 def _index_schema(manifest: Mapping) -> pa.Schema:
@@ -129,7 +136,7 @@ def _index_schema(manifest: Mapping) -> pa.Schema:
 
 
 def _index_row(path: Path, shard: str, key: str, members: Mapping) -> dict:
-    meta = json.loads(read_members(path, {"meta.json": members["meta.json"]})["meta.json"])
+    meta = decode_meta(read_members(path, {"meta.json": members["meta.json"]})["meta.json"])
     for name in _MATRICES:
         meta[name] = [value for row in meta[name] for value in row]
     row = {"key": key, "shard": shard} | meta
@@ -140,11 +147,17 @@ def _index_row(path: Path, shard: str, key: str, members: Mapping) -> dict:
 
 
 def read_index(folder: Path, columns: list[str] | None = None) -> pa.Table:
-    """The index of a dataset folder, a row a pair, matrices flattened row by row."""
+    """The index of a dataset folder, a row a pair, matrices flattened row by row.
+
+    Raises:
+        DatasetError: there is none, it cannot be read, or it holds something else.
+    """
     path = Path(folder) / INDEX
     try:
-        return pq.read_table(path, columns=columns)
+        table = pq.read_table(path, columns=columns)
+        check_index(table, columns or ("key", "shard", *META_FIELDS))
+        return table
     except FileNotFoundError:
         raise DatasetError(f"{folder} has no {INDEX}: the run has not finished") from None
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ValueError, pa.ArrowException) as error:
         raise DatasetError(f"{path} cannot be read: {error}") from error

@@ -7,14 +7,20 @@ import hashlib
 import io
 import os
 import platform
+import re
 import tarfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from synthdepth.dataset.archive import entries, mapped
 from synthdepth.errors import DatasetError
 
 # Suffix of a file that is being written; whatever carries it may be deleted.
 PARTIAL = ".partial"
+# A pair's key becomes a file's name.
+_KEY = re.compile(r"[A-Za-z0-9_-]+")
+# An archive ends in two blocks of zeros, and is padded with more to a whole record.
+_TAR_END, _TAR_RECORD = 2 * 512, 10_240
 
 
 def partial_of(path: Path) -> Path:
@@ -149,29 +155,48 @@ def shard_members(path: Path) -> dict[str, dict[str, Member]]:
     """Where every file of a shard lies: {key: {suffix: Member}}, in the shard's order.
 
     Raises:
-        ValueError: not a tar archive, or an entry that is no plain file of a pair.
+        ValueError: not a whole tar archive, or an entry that is no plain file of a pair.
     """
     pairs: dict[str, dict[str, Member]] = {}
     try:
-        with tarfile.open(path, "r:") as tar:
-            for info in tar:
+        with open(path, "rb") as file, tarfile.open(None, "r:", mapped(file)) as tar:
+            for info in entries(tar):
                 key, dot, suffix = info.name.partition(".")
-                if not info.isreg() or "/" in info.name or not dot:
+                if not info.isreg() or "/" in suffix or not dot or not _KEY.fullmatch(key):
                     raise ValueError(f"{path.name} holds {info.name!r}, which is no file of a pair")
                 member = Member(offset=info.offset_data, size=info.size)
                 if suffix in pairs.setdefault(key, {}):
                     raise ValueError(f"{path.name} holds {info.name} twice")
                 pairs[key][suffix] = member
-    except (tarfile.TarError, EOFError, OSError) as error:
+            _check_end(path, tar.offset)
+    except (tarfile.TarError, EOFError, OSError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path.name} is no readable tar archive ({error})") from error
     return pairs
 
 
-def read_members(path: Path, members: Mapping[str, Member]) -> dict[str, bytes]:
-    """The bytes of one pair's files, {suffix: bytes}."""
+def _check_end(path: Path, end: int) -> None:
+    """Refuse an archive that does not end where its last entry does, with two blocks of zeros.
+
+    `tarfile` takes a damaged header for the end, and what lies behind it would be lost unnoticed.
+    """
     with open(path, "rb") as file:
-        content = {}
+        file.seek(end)
+        rest = file.read(_TAR_END + _TAR_RECORD)
+    if not _TAR_END <= len(rest) < _TAR_END + _TAR_RECORD or any(rest):
+        raise ValueError(f"{path.name} is broken at byte {end}: no entry is there, and no end")
+
+
+def read_members(path: Path, members: Mapping[str, Member]) -> dict[str, bytes]:
+    """The bytes of one pair's files, {suffix: bytes}.
+
+    Raises:
+        ValueError: one ends behind the shard's end.
+    """
+    with open(path, "rb") as file:
+        end, content = os.fstat(file.fileno()).st_size, {}
         for suffix, member in members.items():
+            if member.offset + member.size > end:
+                raise ValueError(f"{path.name} ends before its {suffix} does")
             file.seek(member.offset)
             content[suffix] = file.read(member.size)
     return content

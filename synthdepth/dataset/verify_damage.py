@@ -1,12 +1,11 @@
 """What a file is that is not the one that should be there: names for every kind of damage."""
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
 from synthdepth.dataset.manifest import DESCRIPTIONS, pair_files
-from synthdepth.dataset.pair import SPLITS
+from synthdepth.dataset.pair import SPLITS, decode_meta
 from synthdepth.dataset.shard import PARTIAL, read_members, shard_members
 
 # Where `repair` makes files before they get their place.
@@ -106,15 +105,15 @@ def stale_shard(path: Path, record: Mapping, manifest: Mapping) -> tuple[str, st
     It is believed only where its first and its last pair say the same: a flipped bit is in one.
     """
     try:
-        pairs = list((members := shard_members(path)).values())
+        pairs = list(shard_members(path).values())
         ends = [read_members(path, files) for files in (pairs[0], pairs[-1])]
         told = [_strangeness(files, record, manifest) for files in ends]
     except (OSError, ValueError, KeyError, IndexError, TypeError):
         return None
     if told[0] is not None and told[0] == told[1]:
         return told[0]
-    if len(members) != record["pairs"] and told == [None, None] and _ends(path):
-        return "stale", f"holds {len(members)} pairs, not {record['pairs']}: another state of it"
+    if len(pairs) != record["pairs"] and told == [None, None]:
+        return "stale", f"holds {len(pairs)} pairs, not {record['pairs']}: another state of it"
     return None
 
 
@@ -122,7 +121,7 @@ def _strangeness(
     files: Mapping[str, bytes], record: Mapping, manifest: Mapping
 ) -> tuple[str, str] | None:
     """What the files of a pair say that is not of the shard."""
-    recipe, meta = manifest["recipe"], json.loads(files["meta.json"])
+    recipe, meta = manifest["recipe"], decode_meta(files["meta.json"])
     if meta["map"] != manifest["map"]:
         return "foreign", f"is of the map {meta['map']}, not of this dataset"
     if meta["scene_seed"] != record["scene_seed"]:
@@ -141,10 +140,3 @@ def _strangeness(
         if have != want:
             return "stale", f"is of another recipe: {name} is {have}, the dataset's is {want}"
     return None
-
-
-def _ends(path: Path) -> bool:
-    """Whether a tar archive is whole: it ends in two blocks of zeros."""
-    with open(path, "rb") as file:
-        file.seek(-1024, 2)
-        return not any(file.read())

@@ -1,12 +1,12 @@
 """One shard of a dataset, looked at: its checksum, its pairs, the gate."""
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
 
+from synthdepth.config import parse_json
 from synthdepth.dataset.checksums import file_record
 from synthdepth.dataset.exr import depth_header
 from synthdepth.dataset.gate import gate_pair, gate_shard
@@ -135,8 +135,8 @@ def _header_fault(pair: Pair, data: bytes) -> str | None:
     header = depth_header(data)
     try:
         same = (
-            json.loads(header["intrinsics"]) == pair.meta["intrinsics"]
-            and json.loads(header["worldFromCam"]) == pair.meta["world_from_cam"]
+            parse_json(header["intrinsics"]) == pair.meta["intrinsics"]
+            and parse_json(header["worldFromCam"]) == pair.meta["world_from_cam"]
             and float(header["maxDepth"]) == pair.meta["max_depth_m"]
         )
     except (KeyError, ValueError, TypeError) as error:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from synthdepth.errors import SynthdepthError
 from synthdepth.evaluate.published import TABLE_5_S
-from synthdepth.evaluate.runtimes import WAYS, Job, Timing, make_networks, timed
+from synthdepth.evaluate.runtimes import COMPILED, WAYS, Job, Timing, make_networks, timed
+from synthdepth.flow import METHODS
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -78,6 +79,8 @@ def bench(
     runs: int = 20,
     threads: int | None = None,
     device: str | None = None,
+    flow: str = "farneback",
+    compiled: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> BenchReport:
     """Measure a model, or the paper's network with weights as they are drawn: they cost the same.
@@ -90,23 +93,28 @@ def bench(
         runs: that are timed, after a few that are not.
         threads: for each way; by default as many as there are cores.
         device: of PyTorch, by default a GPU if there is one; ONNX Runtime stays on the CPU.
+        flow: the method by which a network without flow, or none, gets some: of `flow.METHODS`.
+        compiled: measure PyTorch with the network compiled, too; takes a minute longer.
         on_progress: called with (ways done, ways in all).
 
     Raises:
         SynthdepthError: an argument is not usable, the model cannot be read, or torch is missing.
     """
+    if flow not in METHODS:
+        raise SynthdepthError(f"flow {flow!r}: allowed are {', '.join(METHODS)}")
     for name, value in (("runs", runs), ("threads", threads)):
         if value is not None and value < 1:
             raise SynthdepthError(f"{name} {value}: allowed is a whole number from 1")
     threads = threads or len(os.sched_getaffinity(0))
     with tempfile.TemporaryDirectory() as folder:
-        networks = make_networks(model, size, Path(folder))
+        networks = make_networks(model, size, Path(folder), flow)
         if device is not None:
             from synthdepth.pix2pix.distributed import find_device
 
             find_device(device)
         timings = []
-        for way in WAYS:
+        ways = (*WAYS, COMPILED) if compiled else WAYS
+        for way in ways:
             job = Job(
                 way=way,
                 networks=networks,
@@ -117,7 +125,7 @@ def bench(
             )
             timings.append(timed(job))
             if on_progress:
-                on_progress(len(timings), len(WAYS))
+                on_progress(len(timings), len(ways))
     return BenchReport(
         machine=_machine(),
         threads=threads,

@@ -33,6 +33,8 @@ WAYS = (
     (ONNX, "int8 dynamic"),
     (ONNX, "int8 static"),
 )
+# As fast as PyTorch gets, but it takes a minute to make ready.
+COMPILED = (TORCH, "bf16 compiled")
 _WARM_UP = 3
 _CALIBRATION_PICTURES = 4
 # How far the second frame is moved [px].
@@ -44,7 +46,7 @@ class Timing:
     """One way to run a network.
 
     Attributes:
-        runtime, precision: the way, of `WAYS`.
+        runtime, precision: the way, of `WAYS`, or `COMPILED`.
         without_flow_s: median seconds a picture from frame to metres, of the network given RGB.
         with_flow_s: the same from two frames, flow and what is made of it included.
         flow_s: of that before the network: flow and what is made of it.
@@ -83,7 +85,7 @@ class Job:
     """What to measure.
 
     Attributes:
-        way: of `WAYS`.
+        way: of `WAYS`, or `COMPILED`.
         networks: both.
         folder: for more files.
         runs: that are timed.
@@ -99,8 +101,13 @@ class Job:
     device: str | None
 
 
-def make_networks(model: Path | str | None, size: str | None, folder: Path) -> Networks:
-    """Files of the network with flow and of its twin without; as given, or drawn."""
+def make_networks(
+    model: Path | str | None, size: str | None, folder: Path, flow: str = "farneback"
+) -> Networks:
+    """Files of the network with flow and of its twin without; as given, or drawn.
+
+    A network that is drawn, or twin of one that sees no flow, gets its flow by the method `flow`.
+    """
     try:
         from synthdepth.pix2pix.checkpoint import load_generator, save_model
         from synthdepth.pix2pix.config import TrainConfig, parse_size
@@ -112,10 +119,10 @@ def make_networks(model: Path | str | None, size: str | None, folder: Path) -> N
     config = TrainConfig() if model is None else load_generator(model)[1]
     width, height = parse_size(size) if size else config.size or (256, 256)
     table = config.as_table() | {"size": None}
-    default = TrainConfig().as_table()["input"]
+    default = TrainConfig().as_table()["input"] | {"flow": flow}
     paths, parameters = {}, 0
     for kind in ("rgb", "flow"):
-        same = (kind == "rgb") == (config.input.kind == "rgb")
+        same = model is not None and (kind == "rgb") == (config.input.kind == "rgb")
         given = table["input"] if same else default if kind == "flow" else {"kind": "rgb"}
         # Channels follow from the input.
         shape = {k: v for k, v in table["generator"].items() if not k.endswith("_channels")}
@@ -123,7 +130,7 @@ def make_networks(model: Path | str | None, size: str | None, folder: Path) -> N
             {"input": given, "generator": shape, "coding": table["coding"]}, "bench"
         )
         network = UNetGenerator(whole.generator).eval()
-        if same and model is not None:
+        if same:
             network = load_generator(model)[0]
         paths[kind] = folder / f"{kind}.safetensors"
         save_model(paths[kind], network, {"config": whole.as_table()})
@@ -161,7 +168,13 @@ def _measured(job: Job, files: tuple[Path, Path]) -> dict:
     cv2.setNumThreads(job.threads)
     pair = _pair(job.networks.width, job.networks.height)
     sources: list[Source] = [
-        ModelSource(str(path), path.stem, device=job.device, precision=precision)
+        ModelSource(
+            str(path),
+            path.stem,
+            device=job.device,
+            precision=precision.split()[0],
+            compiled=job.way == COMPILED,
+        )
         if runtime == TORCH
         else OnnxSource(str(path), path.stem)
         for path in files

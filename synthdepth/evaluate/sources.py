@@ -5,6 +5,7 @@ import dataclasses
 import operator
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -60,14 +61,11 @@ class ModelSource(Source):
     Args:
         path: a model, a checkpoint or the folder of a training.
         name: of the column.
-        device, precision: as `Predictor` has them.
+        how: `device`, `precision` and `compiled` as `Predictor` has them.
     """
 
-    def __init__(
-        self, path: str, name: str, *, device: str | None = None, precision: str = "fp32"
-    ) -> None:
-        self.name, self._path = name, path
-        self._how = {"device": device, "precision": precision}
+    def __init__(self, path: str, name: str, **how: Any) -> None:
+        self.name, self._path, self._how = name, path, how
         self._predictor = self._loaded()
         config = self._predictor.config
         self.fields = config.input.fields

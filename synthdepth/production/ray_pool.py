@@ -171,7 +171,9 @@ def _board(ray: Any) -> Any:
     from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
     here = NodeAffinitySchedulingStrategy(ray.get_runtime_context().get_node_id(), soft=False)
-    return ray.remote(num_cpus=0, scheduling_strategy=here)(_Board).remote()
+    # What a board lost is told again at the next tick; it must not end the run.
+    lasting = {"max_restarts": -1, "max_task_retries": -1}
+    return ray.remote(num_cpus=0, scheduling_strategy=here, **lasting)(_Board).remote()
 
 
 def _attempt(function: Callable, job: Any, name: str, board: Any) -> tuple[str, Any]:

@@ -3,8 +3,12 @@
 import dataclasses
 import itertools
 import math
+import types
+import typing
 from collections.abc import Iterable
 from statistics import NormalDist
+
+from synthdepth.config import parse_json, shown
 
 ENDS = ("goal", "collision", "time", "bounds")
 
@@ -77,6 +81,33 @@ class Outcome:
     def scenario_key(self) -> tuple:
         """What all sources' flights of one scenario have in common."""
         return self.map, self.scene_index, self.scenario
+
+
+def outcome_of(line: bytes) -> Outcome:
+    """The flight of a line of JSON; ValueError where it is none."""
+    record = parse_json(line)
+    kinds = typing.get_type_hints(Outcome)
+    if not isinstance(record, dict) or record.keys() != kinds.keys():
+        raise ValueError("a flight has other fields")
+    for name, kind in kinds.items():
+        if not _is_a(record[name], kind):
+            raise ValueError(f"{name} is {shown(record[name])}")
+    places = (record["start_m"], record["goal_m"], record["end_m"], *record["track_m"])
+    if record["end"] not in ENDS or any(len(place) != 3 for place in places):
+        raise ValueError("it ends nowhere")
+    return Outcome(**record)
+
+
+def _is_a(value, kind) -> bool:
+    """Whether a value of JSON has the type of a field."""
+    if isinstance(kind, types.UnionType):
+        return any(_is_a(value, one) for one in typing.get_args(kind))
+    if typing.get_origin(kind) is list:
+        (one,) = typing.get_args(kind)
+        return isinstance(value, list) and all(_is_a(each, one) for each in value)
+    if kind is float:
+        return type(value) in (int, float) and math.isfinite(value)
+    return type(value) is kind
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

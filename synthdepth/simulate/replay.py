@@ -1,7 +1,6 @@
 """One recorded flight, flown again: what the drone saw and chose, frame by frame."""
 
 import dataclasses
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -150,14 +149,11 @@ def _named_source(folder: Path, known: Mapping[str, Mapping], name: str) -> Sour
 
 def _recorded(folder: Path, map_name: str, source: str, scene: int, scenario: int) -> Outcome:
     path = scene_file(folder, SCENES, map_name, scene, ".jsonl")
-    try:
-        flights = flown(path)
-        if (source, scenario) not in flights:
-            there = sorted(k for name, k in flights if name == source)
-            has = f"scenarios {there[0]} to {there[-1]} of it" if there else "no flight of it"
-            raise DatasetError(
-                f"--source {source} --scene {scene} --scenario {scenario}: {folder} holds {has}"
-            )
-        return Outcome(**flights[source, scenario])
-    except (OSError, json.JSONDecodeError, TypeError, KeyError):
-        raise DatasetError(f"{path} cannot be read: allowed is what simulate wrote") from None
+    flights = flown(path)
+    if (source, scenario) not in flights:
+        there = sorted(k for name, k in flights if name == source)
+        has = f"scenarios {there[0]} to {there[-1]} of it" if there else "no flight of it"
+        raise DatasetError(
+            f"--source {source} --scene {scene} --scenario {scenario}: {folder} holds {has}"
+        )
+    return flights[source, scenario]

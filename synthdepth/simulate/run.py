@@ -295,12 +295,12 @@ def _scene_file(folder: Path, stage: Stage, job: SceneJob) -> Path:
 
 def _gather(folder, stage, jobs, sources) -> list[Outcome]:
     """All flights that were asked for, in the order of sources, scenes and scenarios."""
-    records: dict[tuple[int, str, int], dict] = {}
+    flights: dict[tuple[int, str, int], Outcome] = {}
     for job in jobs:
-        for (source, k), record in flown(_scene_file(folder, stage, job)).items():
-            records[job.scene_index, source, k] = record
+        for (source, k), flight in flown(_scene_file(folder, stage, job)).items():
+            flights[job.scene_index, source, k] = flight
     return [
-        Outcome(**records[job.scene_index, source.name, k])
+        flights[job.scene_index, source.name, k]
         for source in sources
         for job in jobs
         for k in range(job.scenarios)

@@ -5,6 +5,9 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
+from synthdepth.config import parse_json
+from synthdepth.errors import DatasetError
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Spent:
@@ -53,12 +56,18 @@ def read_spent(files: Iterable[Path]) -> dict[str, Spent]:
     """What such files say by source, in the order in which sources first come.
 
     A line that a kill cut short counts as none.
+
+    Raises:
+        DatasetError: a file cannot be read, or holds something else.
     """
     spent: dict[str, Spent] = {}
     for file in files:
-        for line in file.read_bytes().splitlines(keepends=True):
-            if line.endswith(b"\n"):
-                fields = json.loads(line)
-                source = fields.pop("source")
-                spent[source] = spent.get(source, Spent()) + Spent(**fields)
+        try:
+            for line in file.read_bytes().splitlines(keepends=True):
+                if line.endswith(b"\n"):
+                    fields = parse_json(line)
+                    source = fields.pop("source")
+                    spent[source] = spent.get(source, Spent()) + Spent(**fields)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            raise DatasetError(f"{file} cannot be read: remove it, it only holds times") from None
     return spent

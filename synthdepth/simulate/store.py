@@ -17,9 +17,11 @@ from typing import Any
 import cv2
 import numpy as np
 
+from synthdepth.config import parse_json
+from synthdepth.dataset.picture import decode_picture
 from synthdepth.dataset.shard import write_error, write_whole
 from synthdepth.errors import DatasetError
-from synthdepth.simulate.outcome import Outcome
+from synthdepth.simulate.outcome import Outcome, outcome_of
 from synthdepth.simulate.relief import map_picture
 from synthdepth.simulate.sources import SourceName
 from synthdepth.simulate.survey import TopView
@@ -60,7 +62,7 @@ def read_settings(folder: Path) -> dict:
     """
     path = Path(folder) / SETTINGS
     try:
-        there = json.loads(path.read_bytes())
+        there = parse_json(path.read_bytes())
         known = there["format"] == FORMAT and {"sources", "rules", "recipe"} <= there.keys()
     except FileNotFoundError:
         raise DatasetError(
@@ -82,26 +84,37 @@ def read_flights(path: Path) -> list[Outcome]:
         DatasetError: it cannot be read, or holds something else.
     """
     try:
-        return [Outcome(**json.loads(line)) for line in Path(path).read_bytes().splitlines()]
+        return [outcome_of(line) for line in Path(path).read_bytes().splitlines()]
     except OSError as error:
         raise DatasetError(f"{path} cannot be read: {error.strerror}") from None
-    except (ValueError, TypeError):
+    except ValueError:
         raise DatasetError(f"{path} holds no flights: allowed is what simulate wrote") from None
 
 
-def flown(path: Path, mend: bool = False) -> dict[tuple[str, int], dict]:
+def flown(path: Path, mend: bool = False) -> dict[tuple[str, int], Outcome]:
     """The flights of a scene's file by source and scenario; a line that a kill cut short is none.
 
     With `mend` such a line is removed.
+
+    Raises:
+        DatasetError: it cannot be read, or holds something else.
     """
-    if not path.exists():
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
         return {}
-    data = path.read_bytes()
+    except OSError as error:
+        raise DatasetError(f"{path} cannot be read: {error.strerror}") from None
     whole = data[: data.rfind(b"\n") + 1]
     if mend and whole != data:
         write_whole(path, whole)
-    records = [json.loads(line) for line in whole.splitlines()]
-    return {(record["source"], record["scenario"]): record for record in records}
+    try:
+        flights = [outcome_of(line) for line in whole.splitlines()]
+    except ValueError as error:
+        raise DatasetError(
+            f"{path} holds something else than flights ({error}): remove it and fly again"
+        ) from None
+    return {(flight.source, flight.scenario): flight for flight in flights}
 
 
 def append(path: Path, line: bytes) -> None:
@@ -139,12 +152,12 @@ def read_map(folder: Path, map_name: str, scene_index: int) -> SceneMap:
     """
     path = scene_file(folder, MAPS, map_name, scene_index, ".jpg")
     try:
-        facts = json.loads(path.with_suffix(".json").read_bytes())
-        picture = cv2.imdecode(np.frombuffer(path.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
+        facts = parse_json(path.with_suffix(".json").read_bytes())
+        picture = decode_picture(path.read_bytes(), cv2.IMREAD_COLOR)
         picture = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
         corners = {name: np.array(facts.pop(name), float) for name in ("low_m", "high_m")}
         return SceneMap(**facts, **corners, picture=picture)
-    except (OSError, ValueError, KeyError, TypeError, cv2.error):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise DatasetError(
             f"{path} cannot be read: remove the folder {path.parent.parent} and fly again"
         ) from None

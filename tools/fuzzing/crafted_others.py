@@ -174,7 +174,7 @@ SIMULATION: list[Craft] = [
         replace("scenes/*", lambda d, x=x: x + b"\n" + d)
         for x in (b"null", b"[]", b"{}", b"1", deep_list())
     ),
-    *(replace("maps/*.png", lambda _, s=size: absurd_png(*s)) for size in ABSURD),
+    *(replace("maps/*.jpg", lambda _, s=size: absurd_png(*s)) for size in ABSURD),
 ]
 
 

@@ -31,6 +31,7 @@ from synthdepth.pix2pix.onnx import export_onnx
 from synthdepth.pix2pix.state import State
 from synthdepth.production.recipe import scenes_folder
 from synthdepth.seeding import lane
+from synthdepth.simulate.store import FORMAT
 
 _CAMERA = "width = 256\nheight = 144\nfov_deg = 90.0\nfocal_px = 200.5\ncx = 100.5\ncy = 70\n"
 _SETTINGS = """{
@@ -197,7 +198,8 @@ def _simulation(out: Path) -> None:
     _write(out / "scenes/blocks-s00000.jsonl", "".join(f"{line}\n" for line in lines).encode())
     _write(out / "flights.jsonl", "".join(f"{line}\n" for line in lines).encode())
     source = {"name": "blind", "what": "blind", "sha256": ""}
-    settings = {"format": 2, "map": "blocks", "seed": 0, "sources": {"blind": source}}
+    settings = {"format": FORMAT, "map": "blocks", "seed": 0, "rules": {}, "recipe": {}}
+    settings |= {"sources": {"blind": source}}
     _write(out / "simulation.json", json.dumps(settings).encode())
     facts = {
         "scene_index": 0,
@@ -206,8 +208,8 @@ def _simulation(out: Path) -> None:
         "high_m": [10.0, 10.0],
     }
     _write(out / "maps/blocks-s00000.json", json.dumps(facts).encode())
-    picture = cv2.imencode(".png", np.full((20, 20, 3), 100, np.uint8))[1].tobytes()
-    _write(out / "maps/blocks-s00000.png", picture)
+    picture = cv2.imencode(".jpg", np.full((20, 20, 3), 100, np.uint8))[1].tobytes()
+    _write(out / "maps/blocks-s00000.jpg", picture)
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -110,24 +110,21 @@ def landmarks(rng: np.random.Generator, plots: list[Plot], thin: float) -> list[
     corners = np.array([p.centre_m - p.size_m / 2 - LANE_M / 2 for p in near])
     corners = corners[rng.permutation(len(corners))]
     models: list[Model] = []
-    used = iter(corners)
-
-    def spot():
-        return [*next(used), 0.0]
-
+    # Few large zones have fewer corners than there would be landmarks.
+    spots = [[*corner, 0.0] for corner in corners[::-1]]
     inward = rng.uniform(0, 2 * np.pi)
     models.append(place(tower_crane(rng, height_m=rng.uniform(28, 48), jib_m=rng.uniform(30, 52)),
-                        spot(), inward))  # fmt: skip
-    for _ in range(1 + int(rng.random() < thin)):
-        models.append(place(lattice_mast(rng, height_m=rng.uniform(20, 45)), spot(), 0.3))
-    for _ in range(int(rng.integers(3, 6))):
-        at = spot()
+                        spots.pop(), inward))  # fmt: skip
+    for _ in range(min(1 + int(rng.random() < thin), len(spots))):
+        models.append(place(lattice_mast(rng, height_m=rng.uniform(20, 45)), spots.pop(), 0.3))
+    for _ in range(min(int(rng.integers(3, 6)), len(spots))):
+        at = spots.pop()
         mast = stadium_mast(
             rng, rng.uniform(18, 28), ("tube", "lattice")[rng.integers(2)], 2, 3, 0.6
         )
         models.append(place(mast, at, np.arctan2(-at[1], -at[0])))
-    for _ in range(int(rng.integers(1, 4))):
-        models.append(place(billboard(rng), spot(), rng.uniform(0, 2 * np.pi)))
+    for _ in range(min(int(rng.integers(1, 4)), len(spots))):
+        models.append(place(billboard(rng), spots.pop(), rng.uniform(0, 2 * np.pi)))
     side = rng.choice([-1, 1], 2)
     models.append(place(water_tower(rng), [side[0] * (EDGE_M + 22), side[1] * 200.0, 0.0], 0.0))
     return models
