@@ -21,6 +21,7 @@ from synthdepth.production.pool import (
 from synthdepth.production.run import render_dataset
 from tests.conftest import PAIRS, recipe
 from tests.shards_made import contents
+from tests.test_simulate import files, run
 
 ray = pytest.importorskip("ray", reason="needs Ray: pip install 'synthdepth[ray]'")
 
@@ -187,3 +188,9 @@ def test_a_cluster_that_loses_a_node_renders_the_bytes_of_one_machine(cluster, d
     assert report.rendered == PAIRS
     assert lost
     assert contents(folder) == contents(dataset)
+
+
+def test_flights_are_those_of_this_machine(cluster, tmp_path):
+    run(tmp_path / "here")
+    run(tmp_path / "cluster", run_jobs=ray_pool.run_jobs, workers=None)
+    assert files(tmp_path / "cluster") == files(tmp_path / "here")

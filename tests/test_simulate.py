@@ -13,7 +13,7 @@ from scipy import stats
 from synthdepth.camera import Intrinsics
 from synthdepth.errors import DatasetError, FlightError, SynthdepthError
 from synthdepth.maps.geometry import box, join, quads, tube
-from synthdepth.production.pool import Finished, Progress, run_jobs
+from synthdepth.production.pool import Finished, Progress, Restarted, run_jobs
 from synthdepth.render.sensor import SensorRanges
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import lane
@@ -398,16 +398,16 @@ class Killed(Exception):
 
 @pytest.mark.parametrize("after", [1, 4])
 def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(finished, tmp_path, after):
-    folder, told = tmp_path / "killed", []
+    folder, told = tmp_path / "killed", set()
 
     def killing(function, jobs, workers):
-        def report(done):
-            told.append(done)
-            if len(told) == after:
+        def report(scene, done):
+            told.add((scene, done))
+            if sum(done > 0 for _, done in told) == after:
                 raise Killed
 
         for job in jobs:
-            function(job, report)
+            function(job, functools.partial(report, job.scene_index))
             yield Progress(0, 0)
 
     with pytest.raises(Killed):
@@ -417,6 +417,22 @@ def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(finished, tmp_path, a
     assert run(folder).flown == 14 - after
     assert files(folder) == files(finished)
     assert run(folder).flown == 0
+
+
+def test_a_lost_worker_costs_no_flight_in_the_count(finished, tmp_path):
+    told, lost = [], []
+
+    def losing(function, jobs, workers):
+        for number, job in enumerate(jobs):
+            if not lost:
+                function(dataclasses.replace(job, scenarios=2), lost.append)
+                yield Progress(number, 2)
+                yield Restarted(number, 0, "died", workers)
+            yield Finished(number, function(job, lambda done: None))
+
+    run(tmp_path, run_jobs=losing, on_progress=lambda done, total: told.append(done))
+    assert files(tmp_path) == files(finished)
+    assert told == sorted(told)
 
 
 def test_more_flights_and_more_sources_extend_a_run(finished, tmp_path):

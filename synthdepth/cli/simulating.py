@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 
@@ -48,6 +48,11 @@ class Simulate:
     """Scenarios of one scene."""
     workers: int | None = None
     """Processes at once; by default one a core."""
+    executor: Literal["local", "ray"] = "local"
+    """Processes of this machine, or of a Ray cluster, whose nodes must all reach --out and the
+    models."""
+    ray_address: str | None = None
+    """The cluster's address; by default the cluster that this machine belongs to."""
     variant: Literal["cuda", "llvm", "scalar"] | None = None
     """How Mitsuba computes; by default the best that works here."""
     json: Path | None = None
@@ -56,9 +61,7 @@ class Simulate:
     def run(self) -> int:
         """Do it; returns the exit code."""
         from synthdepth.production.overrides import with_overrides
-        from synthdepth.production.pool import run_jobs
         from synthdepth.production.recipe import load_recipe
-        from synthdepth.production.run import default_workers, usable_cores
         from synthdepth.render.backend import choose
         from synthdepth.simulate.drone import DroneConfig
         from synthdepth.simulate.flight import Rules
@@ -74,7 +77,6 @@ class Simulate:
             scenario=ScenarioRanges(speed_mps=self.speed_mps),
         )
         sources = [parse_source(text) for text in self.source]
-        workers = default_workers() if self.workers is None else self.workers
         out = self.out or Path("simulations") / f"{Path(self.map).stem}-seed{self.seed}"
         try:
             with progress_bar("flying", "flights") as progress:
@@ -83,13 +85,10 @@ class Simulate:
                     out,
                     flights=self.flights,
                     sources=sources,
-                    run_jobs=run_jobs,
-                    backend=choose(self.variant),
+                    **self._executor(choose(self.variant)),
                     rules=rules,
                     flights_per_scene=self.flights_per_scene,
                     seed=self.seed,
-                    workers=workers,
-                    threads=max(1, usable_cores() // max(workers, 1)),
                     on_progress=progress,
                 )
         except KeyboardInterrupt:
@@ -99,6 +98,27 @@ class Simulate:
         say(f"{out}/report.html: {report.flown} flights flown now in {report.wall_s:.0f} s")
         write_json(self.json, dataclasses.asdict(report))
         return 0
+
+    def _executor(self, backend) -> dict[str, Any]:
+        """Who flies: arguments of `simulate`."""
+        from synthdepth.production.run import WORKER_MEMORY_BYTES, default_workers, usable_cores
+
+        if self.executor == "ray":
+            from synthdepth.production import ray_pool
+
+            run_jobs = functools.partial(
+                ray_pool.run_jobs,
+                address=self.ray_address,
+                memory_bytes=WORKER_MEMORY_BYTES,
+                gpus=int(backend.name == "cuda"),
+            )
+            # Every node has a libLLVM of its own.
+            return {"run_jobs": run_jobs, "backend": backend.name, "workers": self.workers}
+        from synthdepth.production.pool import run_jobs
+
+        workers = default_workers() if self.workers is None else self.workers
+        threads = max(1, usable_cores() // max(workers, 1))
+        return {"run_jobs": run_jobs, "backend": backend, "workers": workers, "threads": threads}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

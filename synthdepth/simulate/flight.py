@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from synthdepth.config import Config, number
 from synthdepth.dataset.sample import Sample
 from synthdepth.simulate.collision import Mesh
 from synthdepth.simulate.drone import Command, DroneConfig, Motion, advance, camera_pose
@@ -20,7 +21,7 @@ REACH_M = 5.0
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Rules:
+class Rules(Config):
     """How all flights of a run are flown.
 
     Attributes:
@@ -32,8 +33,8 @@ class Rules:
     drone: DroneConfig = dataclasses.field(default_factory=DroneConfig)
     planner: PlannerConfig = dataclasses.field(default_factory=PlannerConfig)
     scenario: ScenarioRanges = dataclasses.field(default_factory=ScenarioRanges)
-    lockstep: int = 8
-    batch: int = 4
+    lockstep: int = number(8, 1, 1024)
+    batch: int = number(4, 1, 1024)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+import sys
 import types
 import typing
 from collections.abc import Iterable
@@ -106,7 +107,8 @@ def _is_a(value, kind) -> bool:
         (one,) = typing.get_args(kind)
         return isinstance(value, list) and all(_is_a(each, one) for each in value)
     if kind is float:
-        return type(value) in (int, float) and math.isfinite(value)
+        # JSON's whole numbers may have any number of digits.
+        return type(value) in (int, float) and abs(value) <= sys.float_info.max
     return type(value) is kind
 
 

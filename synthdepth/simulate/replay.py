@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from synthdepth.errors import DatasetError
+from synthdepth.config import shown
+from synthdepth.errors import DatasetError, RecipeError
 from synthdepth.simulate.drone import DroneConfig
 from synthdepth.simulate.flight import Decision, Rules
 from synthdepth.simulate.outcome import Outcome
@@ -54,7 +55,6 @@ class Replay:
         folder: of the simulation; it need not be finished.
         source: name of the source.
         scene_index, scenario: which flight.
-        threads: of a model on the CPU.
 
     Attributes:
         recorded: its outcome.
@@ -75,13 +75,12 @@ class Replay:
         source: str,
         scene_index: int,
         scenario: int,
-        threads: int | None = None,
     ):
         settings = read_settings(folder)
         self.rules = rules_of(settings["rules"])
         named = _named_source(Path(folder), settings["sources"], source)
         self.recorded = _recorded(Path(folder), stage.map, source, scene_index, scenario)
-        self._source = make_source(named, batch=self.rules.batch, threads=threads)
+        self._source = make_source(named, batch=self.rules.batch)
         self.max_depth_m = self._source.max_depth_m
         seed = self.recorded.scene_seed
         self.scene = SceneFlights(stage, scene_index, seed, [scenario], self.rules)
@@ -120,7 +119,7 @@ class Replay:
         if differ := [name for name in then if now[name] != then[name] and name not in _YARDSTICK]:
             raise DatasetError(
                 f"the flight was not as recorded ({', '.join(differ)}): it {ended(again)}, and "
-                f"{ended(self.recorded)} then; another version, machine or number of threads?"
+                f"{ended(self.recorded)} then; another version or machine?"
             )
 
 
@@ -131,8 +130,10 @@ def rules_of(table: Mapping) -> Rules:
         RecipeError: a value is not allowed.
     """
     kinds = {"drone": DroneConfig, "planner": PlannerConfig, "scenario": ScenarioRanges}
-    parts = {name: kind.from_table(table[name], name) for name, kind in kinds.items()}
-    return Rules(**{**table, **parts})
+    if not isinstance(table, Mapping):
+        raise RecipeError(f"rules are {shown(table)}: allowed is a table of keys")
+    parts = {name: kind.from_table(table.get(name), name) for name, kind in kinds.items()}
+    return Rules.from_table({**table, **parts}, "rules")
 
 
 def _named_source(folder: Path, known: Mapping[str, Mapping], name: str) -> SourceName:

@@ -12,7 +12,7 @@ from synthdepth.camera import Intrinsics
 from synthdepth.dataset.shard import write_whole
 from synthdepth.errors import SynthdepthError
 from synthdepth.maps.world import World
-from synthdepth.render.backend import Backend, activate
+from synthdepth.render.backend import Backend, activate, choose
 from synthdepth.render.sensor import SensorRanges
 from synthdepth.render.settings import RenderSettings
 from synthdepth.seeding import derive_seed
@@ -123,11 +123,11 @@ def simulate(
     flights: int,
     sources: Sequence[SourceName],
     run_jobs: Callable[[Callable, Sequence, int], Iterator],
-    backend: Backend | None,
+    backend: Backend | str | None,
     rules: Rules | None = None,
     flights_per_scene: int = 10,
     seed: int = 0,
-    workers: int = 1,
+    workers: int | None = 1,
     threads: int = 1,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SimulationReport:
@@ -144,12 +144,13 @@ def simulate(
         flights: scenarios that each source flies.
         sources: from `parse_source`; at least one, with different names.
         run_jobs: as `synthdepth.production.pool.run_jobs`.
-        backend: to activate in the workers; None where each process has one already.
+        backend: to activate in the workers, or its name, for workers on machines that each find
+            their own; None where each process has one already.
         rules: how they fly.
         flights_per_scene: scenarios of one scene.
         seed: everything is drawn from it.
-        workers: processes at once.
-        threads: of each.
+        workers: processes at once; None for as many as `run_jobs` finds room for.
+        threads: of the renderer in each.
         on_progress: called with (flights done, flights wanted).
 
     Raises:
@@ -183,14 +184,14 @@ def simulate(
             fly_scene, stage=stage, folder=folder, rules=rules, backend=backend, threads=threads
         )
         spent, progress = Spent(), [0] * len(todo)
-        for event in run_jobs(work, todo, max(1, min(workers, len(todo)))):
+        for event in run_jobs(work, todo, max(1, min(workers or len(todo), len(todo)))):
             result = getattr(event, "result", None)
             if result is not None:
                 spent += result
-            else:
-                done += event.done - progress[event.job]
-                progress[event.job] = event.done
-            on_progress(done, total)
+            elif new := event.done - progress[event.job]:
+                # A worker that begins again does not fly again what was safe.
+                done, progress[event.job] = count() if new < 0 else done + new, event.done
+                on_progress(done, total)
         outcomes = _gather(folder, stage, jobs, sources)
         results = Results(
             map=stage.map,
@@ -250,12 +251,12 @@ def fly_scene(
     stage: Stage,
     folder: Path,
     rules: Rules,
-    backend: Backend | None,
+    backend: Backend | str | None,
     threads: int,
 ) -> Spent:
     """What a worker does: the flights of a scene that its file lacks, a line each as it ends."""
     if backend is not None:
-        activate(backend, threads)
+        activate(choose(backend) if isinstance(backend, str) else backend, threads)
     path = _scene_file(folder, stage, job)
     times = scene_file(folder, TIMES, stage.map, job.scene_index, ".jsonl")
     there = flown(path, mend=True)
@@ -270,8 +271,9 @@ def fly_scene(
             continue
         start, eyes, frames = time.perf_counter(), scene.place.eyes, 0
         loading_s, sight_s = eyes.loading_s, eyes.spent_s
-        source = TimedSource(make_source(named, batch=rules.batch, threads=threads))
-        for fields in scene.fly(source, missing):
+        source = TimedSource(make_source(named, batch=rules.batch))
+        # Flights of one batch may take minutes until the first one ends.
+        for fields in scene.fly(source, missing, lambda _: report(done)):  # noqa: B023
             outcome = Outcome(source=named.name, **fields)
             append(path, json.dumps(dataclasses.asdict(outcome)).encode() + b"\n")
             frames += len(outcome.track_m)

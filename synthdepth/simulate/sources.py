@@ -130,13 +130,12 @@ def parse_source(text: str) -> SourceName:
     return SourceName(name=name or what, what=what, sha256=digest)
 
 
-def make_source(named: SourceName, *, batch: int, threads: int | None = None) -> DepthSource:
+def make_source(named: SourceName, *, batch: int) -> DepthSource:
     """The source of a name.
 
     Args:
         named: from `parse_source`.
         batch: how many samples a model is given at once.
-        threads: of a model on the CPU; its own choice by default.
 
     Raises:
         SynthdepthError: the model cannot be read, or torch is not there.
@@ -160,8 +159,8 @@ def make_source(named: SourceName, *, batch: int, threads: int | None = None) ->
         raise SynthdepthError(
             f"the source {named.name} needs torch: pip install 'synthdepth[train]'"
         ) from None
-    if threads is not None:
-        torch.set_num_threads(threads)
+    # A network's sums depend on the number of threads, and a flight must not.
+    torch.set_num_threads(1)
     model = Predictor(named.what)
     range_m = model.config.coding.max_depth_m
     return Predicted(predict=model.depth_m, max_depth_m=range_m, batch=batch)

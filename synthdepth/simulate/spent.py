@@ -2,11 +2,14 @@
 
 import dataclasses
 import json
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 from synthdepth.config import parse_json
 from synthdepth.errors import DatasetError
+
+_MOST = sys.float_info.max
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -35,6 +38,12 @@ class Spent:
     def __add__(self, other: "Spent") -> "Spent":
         ours, theirs = dataclasses.asdict(self), dataclasses.asdict(other)
         return Spent(**{name: ours[name] + theirs[name] for name in ours})
+
+    @property
+    def is_time(self) -> bool:
+        """Whether all of them are numbers from 0."""
+        values = dataclasses.astuple(self)
+        return all(type(value) in (int, float) and 0 <= value <= _MOST for value in values)
 
     @property
     def scenes_s(self) -> float:
@@ -66,8 +75,10 @@ def read_spent(files: Iterable[Path]) -> dict[str, Spent]:
             for line in file.read_bytes().splitlines(keepends=True):
                 if line.endswith(b"\n"):
                     fields = parse_json(line)
-                    source = fields.pop("source")
-                    spent[source] = spent.get(source, Spent()) + Spent(**fields)
+                    source, one = fields.pop("source"), Spent(**fields)
+                    if not isinstance(source, str) or not one.is_time:
+                        raise ValueError("no source, or no time")
+                    spent[source] = spent.get(source, Spent()) + one
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             raise DatasetError(f"{file} cannot be read: remove it, it only holds times") from None
     return spent

@@ -64,6 +64,8 @@ def read_settings(folder: Path) -> dict:
     try:
         there = parse_json(path.read_bytes())
         known = there["format"] == FORMAT and {"sources", "rules", "recipe"} <= there.keys()
+        for source in there["sources"].values() if known else ():
+            SourceName(**source)
     except FileNotFoundError:
         raise DatasetError(
             f"{folder} holds no simulation: allowed is what simulate wrote"
