@@ -302,7 +302,10 @@ def outcome(source, scenario, end):
 def test_summaries_count_and_compare_the_same_scenarios():
     ends = {"10m": ["collision"] * 6 + ["goal"] * 4, "200m": ["goal"] * 8 + ["collision", "time"]}
     flights = [outcome(s, k, end) for s, all_ in ends.items() for k, end in enumerate(all_)]
+    # What flies straight into something is counted once more.
+    flights[:8] = [dataclasses.replace(f, blocked_by="wall") for f in flights[:8]]
     ten, far = summarise(flights)
+    assert (ten.blocked.count, ten.blocked.flights, far.blocked.flights) == (6, 8, 0)
     assert (ten.collision.value, far.collision.value, far.time.count) == (0.6, 0.1, 1)
     assert (ten.hits, far.goal.flights) == ({"wire": 6}, 10)
     assert (ten.time_to_collision_s, ten.hit_speed_mps, ten.clearance_m) == (2.0, 9.0, 1.0)

@@ -20,12 +20,12 @@ def markdown(results: Results) -> str:
 def text_table(results: Results) -> str:
     """The results as lines for a terminal, with the paper's table 6 beside."""
     lines = [
-        f"{'map':14s} {'source':24s} {'flights':>7s} {'collision rate [95 %]':>25s} {'goal':>7s} "
-        f"{'time':>7s} {'bounds':>7s} {'excess':>7s} {'m/s':>6s} {'effort':>7s}  hit"
+        f"{'map':14s} {'source':24s} {'flights':>7s} {'collision rate [95 %]':>25s} "
+        f"{'blocked':>7s} {'goal':>7s} {'time':>7s} {'bounds':>7s} {'excess':>7s} {'m/s':>6s} {'effort':>7s}  hit"
     ]
     for s in results.summaries:
         c = s.collision
-        ends = " ".join(f"{100 * r.value:6.1f}%" for r in (s.goal, s.time, s.bounds))
+        ends = " ".join(f"{100 * r.value:6.1f}%" for r in (s.blocked, s.goal, s.time, s.bounds))
         hits = ", ".join(f"{label} {count}" for label, count in s.hits.items())
         lines.append(
             f"{s.map:14s} {s.source[-24:]:24s} {s.flights:7d} "

@@ -138,6 +138,8 @@ class Summary:
         source: name of the source.
         flights: how many.
         collision: collision rate, equation 22.
+        blocked: likewise of the flights alone whose straight way to the goal is blocked; the others
+            arrive by flying straight, seeing or not.
         goal, time, bounds: shares of the other ends.
         hits: how often each label was hit, most often first.
         excess: mean of flights that arrived.
@@ -150,6 +152,7 @@ class Summary:
     source: str
     flights: int
     collision: Rate
+    blocked: Rate
     goal: Rate
     time: Rate
     bounds: Rate
@@ -251,11 +254,13 @@ def compare_sources(outcomes: Iterable[Outcome]) -> list[Comparison]:
 def _summary(map_name: str, source: str, flights: list[Outcome]) -> Summary:
     ends = {end: rate(sum(f.end == end for f in flights), len(flights)) for end in ENDS}
     labels = [f.hit for f in flights if f.hit is not None]
+    blocked = [f.end == "collision" for f in flights if f.blocked_by is not None]
     hits = {label: labels.count(label) for label in sorted(set(labels))}
     return Summary(
         map=map_name,
         source=source,
         flights=len(flights),
+        blocked=rate(sum(blocked), len(blocked)),
         **ends,
         hits=dict(sorted(hits.items(), key=lambda item: -item[1])),
         excess=_mean(f.excess for f in flights),

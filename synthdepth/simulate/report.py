@@ -18,7 +18,8 @@ MAPS_SHOWN = 12
 SAID = {
     "Collisions": "Of all flights, with Wilson's 95 % intervals. They take flights as independent; "
     "those of one scene are alike, so they are somewhat too narrow. “Printed” is table 6 of the "
-    "paper for this map: 400 flights in AirSim, in other scenes.",
+    "paper for this map: 400 flights in AirSim, in other scenes. The last column leaves out the "
+    "flights that arrive by flying straight.",
     "Differences": "All sources flew the same scenarios: where only one of two collided, they can "
     "be told apart.",
     "How flights ended": "Shares of flights with their 95 % intervals.",

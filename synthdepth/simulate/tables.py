@@ -90,11 +90,20 @@ def printed_rates(map_name: str) -> dict[str, Rate]:
 def collision_table(results: Results) -> Table:
     """Collision rates, and those that the paper printed for the map."""
     rates = {s.source: s.collision for s in results.summaries} | printed_rates(results.map)
+    blocked = {s.source: percent(s.blocked) for s in results.summaries if s.blocked.flights}
     rows = [
-        (name, f"{found.flights:,}", f"{found.count:,}", percent(found), interval(found))
+        (
+            name,
+            f"{found.flights:,}",
+            f"{found.count:,}",
+            percent(found),
+            interval(found),
+            blocked.get(name, NONE),
+        )
         for name, found in rates.items()
     ]
-    return Table(head=("Source", "Flights", "Collisions", "Collision rate", "95 %"), rows=rows)
+    head = ("Source", "Flights", "Collisions", "Collision rate", "95 %", "If the way is blocked")
+    return Table(head=head, rows=rows)
 
 
 def ends_table(results: Results) -> Table:
