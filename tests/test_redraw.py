@@ -241,13 +241,13 @@ def planted_job(job, report, *, folder):
 def test_redraws_are_the_same_whatever_the_workers(tmp_path):
     jobs = [
         dataclasses.replace(JOB, scene_seed=seed, scene_index=seed, path=f"test/{seed}.tar")
-        for seed in range(3)
+        for seed in range(2)
     ]
     found = []
-    for workers in (1, 3):
+    for workers in (1, 2):
         folder = tmp_path / str(workers)
         work = functools.partial(planted_job, folder=folder)
         done = [e.result for e in run_jobs(work, jobs, workers) if isinstance(e, Finished)]
         found.append({r["path"]: (r["sha256"], str(r["redrawn"])) for r in done})
-    assert found[0] == found[1] and len(found[0]) == 3
+    assert found[0] == found[1] and len(found[0]) == 2
     assert all(redrawn.count("black") == 2 for _, redrawn in found[0].values())

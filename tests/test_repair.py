@@ -181,12 +181,15 @@ def test_sha256sum_reads_the_checksums(whole):
     assert len(listed.splitlines()) == len(contents(whole)) - 1
 
 
-def test_side_by_side_finds_the_same(copy):
+def test_side_by_side_finds_the_same(copy, monkeypatch):
+    # Other processes do not know what this one leaves out.
+    monkeypatch.undo()
     data = bytearray((copy / TRAIN).read_bytes())
     data[5000] ^= 1
     (copy / TRAIN).write_bytes(data)
-    side_by_side, alone = verify(copy, workers=2), verify(copy)
-    assert side_by_side.faults == alone.faults and side_by_side.pairs == alone.pairs
+    alone = verify(copy)
+    assert verify(copy, workers=2) == alone
+    assert alone.checks["warp"].judged > 0
 
 
 def test_an_older_dataset_is_still_checked(copy):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import flat_world, ground, wall
+from tests.made import make_dataset
 
 TOOLS = Path(__file__).parents[1] / "tools"
 
@@ -24,6 +25,7 @@ def load(name):
 statistics = load("image_statistics")
 coverage = load("depth_coverage")
 diversity = load("diversity")
+detection = load("gate_detection")
 
 
 def noise(slope, height=256, width=256, seed=0):
@@ -200,6 +202,26 @@ def test_figures_of_a_scene_of_known_size():
     assert raster.sum() == building.sum()
     assert set(np.flatnonzero(building.any(axis=1))) == {int((20 + 100) / 200 * 32)}
     assert (building.sum(axis=0) > 0).sum() == pytest.approx(120 / 200 * 32, abs=2)
+
+
+def test_the_gate_finds_faults_and_accuses_nobody(tmp_path, capsys):
+    folder = make_dataset(tmp_path / "set", shards=2, pairs=4)
+    options = detection.Options(folders=(folder,), pairs=2, json=tmp_path / "figures.json")
+    assert detection.main(options) == 0
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["judged"] == 8 and figures["accused"] == []
+    found = {name: (c["in a file"], c["rendered"]) for name, c in figures["found"].items()}
+    assert found["none"] == (0, 0)
+    assert found["rgb black"] == found["prev frozen"] == found["flow of another scene"] == (2, 2)
+    # What meta.json tells of motion and depth, it does not tell if it is wrong itself.
+    assert found["pose 1 m aside"][0] == found["depth times 1.1"][0] == 2
+    assert "8 right pairs, 0 accused" in capsys.readouterr().out
+
+
+def test_one_shard_alone_has_no_other_scene(tmp_path, capsys):
+    folder = make_dataset(tmp_path / "set", shards=1, pairs=1)
+    assert detection.main(detection.Options(folders=(folder,))) == 2
+    assert "fewer than two shards" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ python tools/corruption_harness.py --flips 1000 --others 200 --json corruption.j
 Random single-bit flips and random truncations, deletions, swaps, copies and the like are spread
 evenly over the kinds of file: manifest, index, card, picture, Croissant, checksums, shards. After
 each, `verify` has to find the damaged file and to name its kind, and `repair` has to give every
-file its original bytes back. A damaged shard takes a rendering to repair, so after `--renderings`
-of them further ones are put back from a copy.
+file its original bytes back. A damaged shard takes a rendering to repair: `--renderings` of them
+are shared evenly among the ways of damage, and further ones are put back from a copy.
 """
 
 import collections
@@ -31,7 +31,7 @@ from synthdepth.seeding import lane
 
 # What a shard is called that has to be rendered again.
 RENDERED = ("damaged", "truncated", "missing", "duplicate", "grown", "stale")
-COLUMNS = {"times": 7, "found": 7, "named": 7, "tried": 7, "repaired": 10}
+COLUMNS = {"times": 7, "found": 7, "named": 7, "rendered": 10, "tried": 7, "repaired": 10}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,8 @@ class Options:
     Attributes:
         flips: single bits flipped.
         others: truncations, deletions, swaps, copies, additions.
-        renderings: damaged shards that are rendered again.
+        renderings: damaged shards that are rendered again, a few more if it takes that to have as
+            many of each way of damage.
         seed: what is damaged, and how.
         dataset: a finished dataset of at least 3 shards to damage a copy of; made by default.
         json: where the figures go.
@@ -139,14 +140,17 @@ def make_stale(rng: np.random.Generator, folder: Path, name: str, _) -> Damage:
     return Damage(what="stale", files=(record["path"],), kinds=("stale",))
 
 
+OTHERS = (truncate, swap, delete, duplicate, rename, append, leave_behind, make_stale)
+
+
 def small_recipe():
-    """Scenes that are built in seconds, two flights each."""
+    """Scenes that are built in seconds, a burst of two pairs each."""
     recipe = load_recipe("blocks")
     scene = dataclasses.replace(recipe.scene, flight_area_m=200.0)
     return with_overrides(
         dataclasses.replace(recipe, scene=scene),
         size="64x64",
-        pairs_per_scene=4,
+        pairs_per_scene=2,
         pairs_per_flight=2,
         burst_pairs=2,
         modalities=("flow", "seg", "normal"),
@@ -169,19 +173,19 @@ def measure(options: Options, scratch: Path) -> dict:
     """Do it all; the figures by damage, and what was missed."""
     whole = scratch / "whole"
     if options.dataset is None:
-        render_dataset(small_recipe(), whole, pairs=12)
+        render_dataset(small_recipe(), whole, pairs=6)
     else:
         shutil.copytree(options.dataset, whole)
     assert not verify(whole).faults
-    ways = [truncate, swap, delete, duplicate, rename, append, leave_behind, make_stale]
     original = {p.relative_to(whole).as_posix(): p.read_bytes() for p in files_of(whole)}
     shards = [name for name in original if name.endswith(".tar")]
     kinds = [*([name] for name in DESCRIPTIONS), shards]
     counts = collections.defaultdict(collections.Counter)
-    missed, rendered = [], 0
-    for number in range(options.flips + options.others):
+    missed, every = [], options.flips + options.others
+    share = -(-options.renderings // (1 + len(OTHERS)))
+    for number in range(every):
         rng = lane(options.seed, "damage", number)
-        way = flip if number < options.flips else ways[(number - options.flips) % len(ways)]
+        way = flip if number < options.flips else OTHERS[(number - options.flips) % len(OTHERS)]
         kind = kinds[int(rng.integers(len(kinds)))]
         name = kind[int(rng.integers(len(kind)))]
         other = str(rng.permutation([one for one in original if one != name])[0])
@@ -201,8 +205,8 @@ def measure(options: Options, scratch: Path) -> dict:
         if not named:
             missed.append(f"{damage}: told {told}")
         renders = any(told.get(name) in RENDERED and name in shards for name in damage.files)
-        if found and (not renders or rendered < options.renderings):
-            rendered += renders
+        if found and (not renders or count["rendered"] < share):
+            count["rendered"] += renders
             count["tried"] += 1
             repairs = repair(whole, faults)
             now = {p.relative_to(whole).as_posix(): p.read_bytes() for p in files_of(whole)}
@@ -216,6 +220,8 @@ def measure(options: Options, scratch: Path) -> dict:
                 path.unlink()
         for name, data in original.items():
             (whole / name).write_bytes(data)
+        if (number + 1) % 50 == 0:
+            print(f"{number + 1} of {every} damages, missed {len(missed)}", flush=True)
     return {"damages": {what: dict(count) for what, count in counts.items()}, "missed": missed}
 
 

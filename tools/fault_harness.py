@@ -1,8 +1,9 @@
 """Kills a render run again and again, parent and workers, and compares what comes out in the end.
 
 Small datasets of a plain map are rendered while `kill -9` hits a process: after a time drawn at
-random, or just as a file of the folder begins, grows, is whole or gets its name. The run is started
-again until the dataset is complete; then every byte is compared with an undisturbed run's.
+random, or just as a file of the folder begins, grows or is there; or a process kills itself so, the
+instant before or after it gives a file its name. The run is started again until the dataset is
+complete; then every byte is compared with an undisturbed run's.
 
 python tools/fault_harness.py --kills 200 --json faults.json
 """
@@ -26,7 +27,7 @@ import numpy as np
 import tyro
 
 from synthdepth.config import Config, number
-from synthdepth.dataset.manifest import CHECKSUMS, MANIFEST, read_index, read_manifest
+from synthdepth.dataset.manifest import CHECKSUMS, DESCRIPTIONS, MANIFEST, read_index, read_manifest
 from synthdepth.dataset.verify import verify
 from synthdepth.errors import SynthdepthError
 from synthdepth.maps.geometry import box, copies, quads
@@ -40,6 +41,8 @@ _POLL_S = 0.002
 ANYONE = -1
 _LONGEST_WAIT_S = 8.0
 _LET_START_SHARE = 0.95
+# No look at the folder from outside is quick enough for the moment in which a file gets its name.
+_TRAP_SHARE = 0.35
 # A worker that outlives its parent for longer than this is an orphan; it may be just starting.
 _ORPHAN_S = 60.0
 
@@ -118,6 +121,37 @@ def recipe(options: Options) -> Recipe:
         "render": {"spp": 1},
     }
     return recipe_from_table(table, "fault_harness")
+
+
+os_replace = os.replace
+
+
+def replace(source: Path, target: Path) -> None:
+    """`os.replace`, with `kill -9` of the process itself before or after it where a trap is set."""
+    when = sprung(Path(target))
+    if when == "before":
+        os.kill(os.getpid(), signal.SIGKILL)
+    os_replace(source, target)
+    if when == "after":
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+# In the run and its workers too, as they import this file.
+os.replace = replace
+
+
+def trap_of(folder: Path, when: str, suffix: str) -> Path:
+    """The file that sets a trap for the next file of a dataset that gets a name with a suffix."""
+    return folder.with_name(f"{folder.name}.{when}{suffix}")
+
+
+def sprung(target: Path) -> str | None:
+    """Whether a trap is set for a file: "before", "after" or None. It is set for one process."""
+    for when in ("before", "after"):
+        with contextlib.suppress(FileNotFoundError):
+            trap_of(target.parents[target.suffix == ".tar"], when, target.suffix).unlink()
+            return when
+    return None
 
 
 def render(folder: Path, options: Options) -> None:
@@ -217,7 +251,8 @@ class Harness:
             while run.is_alive() and patient and not begun.exists():
                 time.sleep(_POLL_S)
             while run.is_alive() and killed < self.options.kills_per_dataset:
-                killed += self._strike(run, folder)
+                trap = self._random.random() < _TRAP_SHARE
+                killed += self._trap(run, folder) if trap else self._strike(run, folder)
             run.join()
             if run.exitcode == 0:
                 break
@@ -254,6 +289,29 @@ class Harness:
             self._left += workers
         return True
 
+    def _trap(self, run: multiprocessing.Process, folder: Path) -> bool:
+        """Let a process die as it gives a file its name; False if the run ended before."""
+        whole = len(list(folder.glob("*/*.tar"))) == self.options.shards
+        told = sorted({Path(name).suffix for name in DESCRIPTIONS})
+        suffixes = told if whole else [".json", ".tar", ".tar"]
+        when, suffix = self._random.choice(["before", "after"]), self._random.choice(suffixes)
+        trap, workers = trap_of(folder, when, suffix), []
+        trap.touch()
+        while trap.exists():
+            if not run.is_alive():
+                with contextlib.suppress(FileNotFoundError):
+                    trap.unlink()
+                    return False
+            workers = children_of(run.pid) or workers
+            time.sleep(_POLL_S)
+        if suffix == ".tar":
+            self.kills[f"worker, {when} a shard has its name"] += 1
+            return True
+        self.kills[f"parent, {when} a file has its name ({suffix})"] += 1
+        run.join()
+        self._left += workers
+        return True
+
     def _moments(self, parent: int, folder: Path) -> list[Callable[[], int | None]]:
         """What to wait for, each a function that gives the process that it is the moment to kill.
 
@@ -272,7 +330,6 @@ class Harness:
         return [
             writer(lambda size, whole: size == 0),
             writer(lambda size, whole: 0 < size < whole),
-            writer(lambda size, whole: size == whole),
             parent_when(lambda: len(list(folder.glob("*/*.tar"))) > tars),
             parent_when(lambda: any(folder.glob("*.partial"))),
             parent_when(lambda: modified(folder / MANIFEST) != manifest),
@@ -291,7 +348,7 @@ class Harness:
         """What the folder says that a process is doing."""
         for pid, size, whole in self._partials(folder):
             if pid == victim:
-                return "building" if not size else "rendering" if size < whole else "naming a shard"
+                return "building" if not size else "rendering" if size < whole else "closing"
         for path in folder.glob(f"*-{victim}.partial"):
             return f"writing {'.'.join(path.name.split('.')[:2])}"
         if not (folder / MANIFEST).exists():

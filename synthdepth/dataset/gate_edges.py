@@ -37,7 +37,7 @@ SHIFT_SHARE, SHIFT_SIGMAS = 0.5, 6.5
 SHIFT_SHARE_OF_MANY = {"to the left": 0.3, "to the right": 0.3, "up": 0.45, "down": 0.45}
 # Unrelated: the profile's height is not that many standard errors above 0, and even 4 of them up
 # it is below this.
-HEIGHT_SIGMAS, LEAST_HEIGHT = 3.0, 0.2
+HEIGHT_SIGMAS, LEAST_HEIGHT = 3.0, 0.14
 # Mirrored: the mirrored depth's profile is higher by that many standard errors.
 MIRROR_SIGMAS = 5.0
 

@@ -21,7 +21,8 @@ def text_table(results: Results) -> str:
     """The results as lines for a terminal, with the paper's table 6 beside."""
     lines = [
         f"{'map':14s} {'source':24s} {'flights':>7s} {'collision rate [95 %]':>25s} "
-        f"{'blocked':>7s} {'goal':>7s} {'time':>7s} {'bounds':>7s} {'excess':>7s} {'m/s':>6s} {'effort':>7s}  hit"
+        f"{'blocked':>7s} {'goal':>7s} {'time':>7s} {'bounds':>7s} {'excess':>7s} {'m/s':>6s} "
+        f"{'effort':>7s}  hit"
     ]
     for s in results.summaries:
         c = s.collision

@@ -108,11 +108,14 @@ def _group(numbers: range, make, feeds: dict[str, Feed], work: Path) -> Iterator
         os.close(reading)
         try:
             _feed_all(numbers, make, feeds, work, os.fdopen(writing, "w"), log)
-        finally:
             os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
     os.close(writing)
     result, at = None, ""
-    with os.fdopen(reading) as lines:
+    # Without a buffer: select does not see what waits in one.
+    with os.fdopen(reading, "rb", buffering=0) as lines:
         while True:
             if not select.select([lines], [], [], _LOOK_S)[0]:
                 # One that only waits for its turn on the processor is left to its timer.
@@ -141,10 +144,10 @@ def _group(numbers: range, make, feeds: dict[str, Feed], work: Path) -> Iterator
 
 
 def _wants_processor(child: int) -> bool:
-    """Whether a thread of a process runs or would, and for a while does so."""
+    """Whether a thread of a process runs, would run, or is at the disk, in about a second."""
     for _ in range(20):
         for task in Path(f"/proc/{child}/task").iterdir():
-            if (task / "stat").read_text().rpartition(")")[2].split()[0] == "R":
+            if (task / "stat").read_text().rpartition(")")[2].split()[0] in "RD":
                 return True
         time.sleep(0.05)
     return False

@@ -27,8 +27,8 @@ from synthdepth.dataset.manifest import INDEX, MANIFEST
 # Shards.
 
 
-def _tar(change: Callable[[tarfile.TarFile], None], *, first: bool = False) -> Craft:
-    """The first shard with some members more."""
+def _tar(change: Callable[[tarfile.TarFile], None], *, before: bool = False) -> Craft:
+    """The first shard with some members more, behind its own or before them."""
 
     def craft(folder: Path) -> None:
         path = first(folder, "*/*.tar")
@@ -36,11 +36,11 @@ def _tar(change: Callable[[tarfile.TarFile], None], *, first: bool = False) -> C
         with tarfile.open(path) as tar:
             members = [(info, tar.extractfile(info).read()) for info in tar]
         with tarfile.open(path, "w", format=tarfile.PAX_FORMAT) as tar:
-            if first:
+            if before:
                 change(tar)
             for info, data in members:
                 tar.addfile(info, io.BytesIO(data))
-            if not first:
+            if not before:
                 change(tar)
 
     return craft
@@ -87,7 +87,7 @@ def _long_names(count: int, size: int) -> Craft:
 _EVIL = ("../../x", "/etc/x", "a/b", "..", "a\nb", "é" * 80, "x" * 3000)
 SHARD: list[Craft] = [
     *(_tar(_member(f"{name}.rgb.png")) for name in _EVIL),
-    *(_tar(_member(f"{name}.meta.json", b"{}"), first=True) for name in _EVIL),
+    *(_tar(_member(f"{name}.meta.json", b"{}"), before=True) for name in _EVIL),
     *(
         _tar(_member("x.rgb.png", b"", type=kind, linkname=to))
         for kind in (

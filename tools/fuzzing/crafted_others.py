@@ -1,5 +1,7 @@
 """Other files made by hand: recipes, settings, KITTI, AirSim, simulations."""
 
+import re
+
 import numpy as np
 
 from fuzzing.parts import (
@@ -171,8 +173,14 @@ SIMULATION: list[Craft] = [
         for x in (b"null", b"[]", b"{}", b"1", deep_list())
     ),
     *(
-        replace("scenes/*", lambda d, x=x: x + b"\n" + d)
+        replace(pattern, lambda d, x=x: x + b"\n" + d)
+        for pattern in ("scenes/*", "times/*")
         for x in (b"null", b"[]", b"{}", b"1", deep_list())
+    ),
+    *(
+        replace(pattern, lambda d, n=number: re.sub(rb"\d+\.\d+", n, d, count=1))
+        for pattern in ("flights.jsonl", "scenes/*", "times/*")
+        for number in (b"NaN", b"1" + b"0" * 400)
     ),
     *(replace("maps/*.jpg", lambda _, s=size: absurd_png(*s)) for size in ABSURD),
 ]

@@ -43,8 +43,18 @@ from synthdepth.pix2pix.original import load_original_generator
 from synthdepth.pix2pix.predict import predict
 from synthdepth.pix2pix.state import State
 from synthdepth.production.overrides import with_overrides
-from synthdepth.production.recipe import load_recipe
-from synthdepth.simulate.store import SCENES, claim, flown, read_flights, read_map, read_settings
+from synthdepth.production.recipe import load_recipe, recipe_from_table
+from synthdepth.simulate.replay import rules_of
+from synthdepth.simulate.spent import read_spent
+from synthdepth.simulate.store import (
+    SCENES,
+    TIMES,
+    claim,
+    flown,
+    read_flights,
+    read_map,
+    read_settings,
+)
 from synthdepth.view.page import write_page
 
 _HERE = Place(rank=0, ranks=1, device=torch.device("cpu"))
@@ -117,7 +127,7 @@ _DATASET: dict[str, Feed] = {
     "where": lambda f: _read_all(f, split="train", where={"altitude_m": (0, 1e9)}),
     "PairStream": _stream_all,
     "PairStream of shards": lambda f: _stream_all(_shards(f)),
-    "PairStream where": lambda f: _stream_all(f, where={"condition": ["clear", "fog"]}),
+    "PairStream where": lambda f: _stream_all(f, where={"split": ["train", "test"]}),
     "training": _train_data,
     "verify": lambda f: _one_line_faults(verify(f)),
     "preview": lambda f: preview(f, f / "out.png", count=2),
@@ -274,6 +284,13 @@ def _simulation(folder: Path) -> None:
     settings = read_settings(folder)
     known = {k: v for k, v in settings.items() if k not in ("sources", "format")}
     claim(folder, known, [])
+
+
+def _replay(folder: Path) -> None:
+    """As `replay` reads what was asked for."""
+    settings = read_settings(folder)
+    recipe_from_table(settings["recipe"], "recipe")
+    rules_of(settings["rules"])
 
 
 # The command line.
@@ -435,12 +452,15 @@ KINDS: dict[str, Kind] = {
     ),
     "simulation": Kind(
         seed="simulation",
-        targets=("simulation.json", "flights.jsonl", "scenes/*.jsonl", "maps/*"),
+        targets=("simulation.json", "flights.jsonl", "scenes/*.jsonl", "maps/*", "times/*"),
         feeds={
             "settings": _simulation,
             "flights": lambda f: read_flights(f / "flights.jsonl"),
             "scene": lambda f: flown(f / SCENES / "blocks-s00000.jsonl", mend=True),
             "map": lambda f: read_map(f, "blocks", 0),
+            "times": lambda f: read_spent(sorted((f / TIMES).glob("*.jsonl"))),
+            "replay": _replay,
+            "command": _command_of("replay", "{f}", "--source", "blind", "--out", "{out}.mp4"),
         },
     ),
     "onnx": Kind(

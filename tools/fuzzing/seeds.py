@@ -1,5 +1,6 @@
 """Small whole inputs of every kind, made once from a dataset; what is fed are broken copies."""
 
+import dataclasses
 import json
 import shutil
 from collections.abc import Sequence
@@ -29,8 +30,10 @@ from synthdepth.pix2pix.generator import GeneratorConfig
 from synthdepth.pix2pix.inputs import InputConfig
 from synthdepth.pix2pix.onnx import export_onnx
 from synthdepth.pix2pix.state import State
-from synthdepth.production.recipe import scenes_folder
+from synthdepth.production.recipe import load_recipe, scenes_folder
 from synthdepth.seeding import lane
+from synthdepth.simulate.flight import Rules
+from synthdepth.simulate.spent import Spent, spent_line
 from synthdepth.simulate.store import FORMAT
 
 _CAMERA = "width = 256\nheight = 144\nfov_deg = 90.0\nfocal_px = 200.5\ncx = 100.5\ncy = 70\n"
@@ -198,9 +201,11 @@ def _simulation(out: Path) -> None:
     _write(out / "scenes/blocks-s00000.jsonl", "".join(f"{line}\n" for line in lines).encode())
     _write(out / "flights.jsonl", "".join(f"{line}\n" for line in lines).encode())
     source = {"name": "blind", "what": "blind", "sha256": ""}
-    settings = {"format": FORMAT, "map": "blocks", "seed": 0, "rules": {}, "recipe": {}}
-    settings |= {"sources": {"blind": source}}
+    settings = {"format": FORMAT, "map": "blocks", "seed": 0, "sources": {"blind": source}}
+    settings |= {"rules": dataclasses.asdict(Rules()), "recipe": load_recipe("blocks").as_dict()}
     _write(out / "simulation.json", json.dumps(settings).encode())
+    spent = spent_line("", Spent(build_s=1.5)) + spent_line("blind", Spent(flights=3, frames=10))
+    _write(out / "times/blocks-s00000.jsonl", spent)
     facts = {
         "scene_index": 0,
         "condition": "clear",
