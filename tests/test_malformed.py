@@ -24,9 +24,10 @@ from synthdepth.dataset import PairDataset, PairStream
 from synthdepth.dataset.archive import entries, mapped
 from synthdepth.dataset.contract import check_index, check_manifest
 from synthdepth.dataset.exr import decode_depth, depth_header, encode_channels
-from synthdepth.dataset.manifest import INDEX, read_manifest
+from synthdepth.dataset.manifest import INDEX, read_index, read_manifest
 from synthdepth.dataset.pair import check_meta, decode_fields, decode_labels, decode_png, encode_png
 from synthdepth.dataset.picture import decode_picture
+from synthdepth.dataset.preview import preview
 from synthdepth.errors import DatasetError, RecipeError, SynthdepthError
 from synthdepth.pix2pix.config import train_config
 from synthdepth.pix2pix.frames import open_frames
@@ -257,6 +258,16 @@ def test_columns_of_an_index_have_their_types(folder, name, values):
         check_index(table.set_column(place, name, pa.array(values)), [name])
     with pytest.raises(ValueError, match=f"no column {name}"):
         check_index(table.remove_column(place), [name])
+
+
+def test_an_index_without_rows_is_refused(copy):
+    pq.write_table(pq.read_table(copy / INDEX).slice(0, 0), copy / INDEX)
+    with pytest.raises(DatasetError, match="no pair"):
+        read_index(copy)
+    with pytest.raises(DatasetError, match="no pair"):
+        preview(copy, copy / "sheet.png", count=2)
+    with pytest.raises(DatasetError, match="no pair"):
+        PairDataset(copy)
 
 
 # Simulations.

@@ -156,6 +156,8 @@ def read_index(folder: Path, columns: list[str] | None = None) -> pa.Table:
     try:
         table = pq.read_table(path, columns=columns)
         check_index(table, columns or ("key", "shard", *META_FIELDS))
+        if not len(table):
+            raise ValueError("it lists no pair")
         return table
     except FileNotFoundError:
         raise DatasetError(f"{folder} has no {INDEX}: the run has not finished") from None

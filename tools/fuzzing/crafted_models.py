@@ -24,6 +24,7 @@ from fuzzing.parts import (
     png_bomb,
     replace,
     text_bomb,
+    toml_files,
 )
 from synthdepth.pix2pix.checkpoint import LAST
 
@@ -279,7 +280,7 @@ ONNX: list[Craft] = [
 
 LEARNING: dict[str, list[Craft]] = {
     "checkpoint": CHECKPOINTS,
-    "train_config": json_files("config.json"),
+    "train_config": [*json_files("config.json"), *toml_files("config.toml")],
     "onnx": ONNX,
     "predictions": PREDICTIONS,
     "pictures": PICTURES,

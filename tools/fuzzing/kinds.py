@@ -442,12 +442,10 @@ KINDS: dict[str, Kind] = {
     ),
     "train_config": Kind(
         seed="training",
-        targets=("config.json", "config.json"),
+        targets=("config.json", "config.toml"),
         feeds={
-            "train_config": lambda f: train_config(
-                f / "config.json", {"input.kind": "rgb", "epochs": 3}
-            ),
-            "toml": lambda f: train_config((f / "config.json").rename(f / "config.toml")),
+            "json": lambda f: train_config(f / "config.json", {"input.kind": "rgb", "epochs": 3}),
+            "toml": lambda f: train_config(f / "config.toml"),
         },
     ),
     "simulation": Kind(

@@ -216,9 +216,13 @@ def change_toml(rng: random.Random, data: bytes, others: Sequence[bytes]) -> byt
         return set_number(rng, data, others)
     if not isinstance(root, dict):
         return json.dumps(root).encode()
-    return "".join(f"{json.dumps(k)} = {_toml(v)}\n" for k, v in root.items()).encode(
-        errors="surrogatepass"
-    )
+    return toml_file(root)
+
+
+def toml_file(root: dict) -> bytes:
+    """A table as a TOML file, each of its keys on one line."""
+    text = "".join(f"{json.dumps(k)} = {_toml(v)}\n" for k, v in root.items())
+    return text.encode(errors="surrogatepass")
 
 
 def _toml(value) -> str:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import torch
 
+from fuzzing.mutations import toml_file
 from synthdepth.airsim.pfm import write_pfm
 from synthdepth.dataset.card import write_card
 from synthdepth.dataset.checksums import with_files, write_checksums
@@ -60,6 +61,9 @@ def make_seeds(root: Path, data: Path, model: Path | None) -> None:
         _training(root / "training")
     else:
         shutil.copytree(model, root / "training")
+    table = json.loads((root / "training/config.json").read_text())
+    given = {name: value for name, value in table.items() if value is not None}
+    (root / "training/config.toml").write_bytes(toml_file(given))
     (root / "onnx").mkdir()
     height, width = samples[0].rgb.shape[:2]
     export_onnx(root / "training", root / "onnx/model.onnx", size=(width, height))
