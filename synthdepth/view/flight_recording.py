@@ -23,8 +23,8 @@ from synthdepth.simulate.replay import Frame, Replay
 from synthdepth.simulate.sections import SECTIONS
 from synthdepth.simulate.surface import surface_points
 from synthdepth.simulate.tables import ended
-from synthdepth.view.recording import _check_whole
-from synthdepth.view.rerun_log import _pinhole, _transform
+from synthdepth.view.recording import check_whole
+from synthdepth.view.rerun_log import pinhole, transform
 
 _AROUND_M = 30.0  # of the flight whose surfaces are recorded
 _SPACING_M = 0.5
@@ -65,7 +65,7 @@ def write_flight_recording(
             replay.fly(add)
         finally:
             stream.disconnect()
-        _check_whole(partial, out)
+        check_whole(partial, out)
         os.replace(partial, out)
     except OSError as error:
         raise write_error(out, error) from error
@@ -111,7 +111,7 @@ def _log_frame(stream: rr.RecordingStream, replay: Replay, frame: Frame) -> None
     stream.set_time("frame", sequence=frame.number)
     stream.set_time("time_s", duration=frame.time_s)
     height, width = frame.depth_m.shape
-    pose = _transform(frame.world_from_cam)
+    pose = transform(frame.world_from_cam)
     side = np.array([width, height]) / (SECTIONS + 1)
     box = rr.Boxes2D(array=[[*side * frame.section[::-1], *2 * side]],
                      array_format=rr.Box2DFormat.XYWH, colors=[_CHOSEN])  # fmt: skip
@@ -119,11 +119,11 @@ def _log_frame(stream: rr.RecordingStream, replay: Replay, frame: Frame) -> None
     goal = np.array(replay.recorded.goal_m) - frame.world_from_cam[:3, 3]
     for entity, what in (
         ("world/camera", pose),
-        ("world/camera", _pinhole(camera)),
+        ("world/camera", pinhole(camera)),
         ("world/camera/picture",
          rr.EncodedImage(contents=encode_png(frame.rgb), media_type="image/png")),
         ("world/seen", pose),
-        ("world/seen", _pinhole(_resized(camera, width, height))),
+        ("world/seen", pinhole(_resized(camera, width, height))),
         ("world/seen/depth",
          rr.DepthImage(frame.depth_m, meter=1.0, colormap="viridis", depth_range=span)),
         ("world/seen/section", box),

@@ -50,7 +50,7 @@ def write_recording(
         # Opened by us first: Rerun reports a folder that cannot be written as a bare RuntimeError.
         partial.touch()
         log_pairs(partial, manifest, PairDataset(folder), everything, chosen)
-        _check_whole(partial, out)
+        check_whole(partial, out)
         os.replace(partial, out)
     except OSError as error:
         raise write_error(out, error) from error
@@ -107,7 +107,7 @@ def _is_named(flight: Flight, name: str) -> bool:
     return name in whole or any(known.endswith(f"-{name}") for known in whole)
 
 
-def _check_whole(partial: Path, out: Path) -> None:
+def check_whole(partial: Path, out: Path) -> None:
     """Refuse what Rerun's writer left: on a full disk it logs an error and goes on."""
     from rerun.chunk import RrdReader
 

@@ -103,11 +103,11 @@ def _entities(sample: Sample):
         ("world/camera", sample.world_from_cam, sample.rgb),
         ("world/camera_prev", sample.world_from_cam_prev, sample.prev),
     ):
-        yield entity, _transform(pose)
-        yield entity, _pinhole(camera)
+        yield entity, transform(pose)
+        yield entity, pinhole(camera)
         png = encode_png(picture)
         yield f"{entity}/picture", rr.EncodedImage(contents=png, media_type="image/png")
-    yield "world/chase", _transform(_heading(sample.world_from_cam))
+    yield "world/chase", transform(_heading(sample.world_from_cam))
 
     span = (0.0, sample.max_depth_m)
     depth = rr.DepthImage(sample.depth_m, meter=1.0, colormap="viridis", depth_range=span)
@@ -124,11 +124,13 @@ def _entities(sample: Sample):
     yield "pair", rr.TextDocument(_about(sample), media_type="text/markdown")
 
 
-def _transform(world_from: np.ndarray) -> rr.Transform3D:
+def transform(world_from: np.ndarray) -> rr.Transform3D:
+    """A pose, (4, 4), for Rerun."""
     return rr.Transform3D(mat3x3=world_from[:3, :3], translation=world_from[:3, 3])
 
 
-def _pinhole(camera: Intrinsics) -> rr.Pinhole:
+def pinhole(camera: Intrinsics) -> rr.Pinhole:
+    """A camera for Rerun, whose pixels begin where ours have their centres."""
     return rr.Pinhole(
         image_from_camera=camera.matrix + _HALF_PIXEL,
         width=camera.width,
