@@ -69,6 +69,8 @@ def overfit(options: Options, out: Path) -> dict[str, float]:
             "input.velocity_share": 0.0,
             "batch_size": 4,
             "lr": 5e-4,
+            # The average lags behind.
+            "ema": 0.0,
             "decay": "linear",
             "epochs": options.epochs,
             "validate_every": 0,
