@@ -21,7 +21,8 @@ import cv2
 import pyarrow as pa
 import torch
 
-from fuzzing.kinds import COMMAND_LINE, Feed, Worked, Wrong
+from fuzzing.command_line import Worked, Wrong
+from fuzzing.kinds import COMMAND_LINE, Feed
 from synthdepth.errors import SynthdepthError
 
 CPU_S, MEMORY_BYTES = 5.0, 2**30

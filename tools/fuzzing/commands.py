@@ -5,7 +5,8 @@ import json
 import random
 from pathlib import Path
 
-from fuzzing.kinds import COMMAND_LINE, Kind, leave_out_long_work, run_command
+from fuzzing.command_line import leave_out_long_work, run_command
+from fuzzing.kinds import COMMAND_LINE, Kind
 from synthdepth.cli import _COMMANDS
 
 # What a value may be, whatever the option is; {f} is a dataset, {s} the folder of all seeds.

@@ -3,13 +3,9 @@
 import contextlib
 import dataclasses
 import hashlib
-import importlib
-import io
 import json
 import os
 import random
-import re
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -17,9 +13,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import torch
 
+from fuzzing.command_line import Wrong, leave_out_long_work, run_command
 from synthdepth.airsim.importer import import_airsim
 from synthdepth.airsim.settings import camera_from_settings
-from synthdepth.cli import main as command_line
 from synthdepth.dataset.exr import decode_depth, decode_flow, decode_normal, depth_header
 from synthdepth.dataset.manifest import CHECKSUMS, INDEX, MANIFEST, read_manifest
 from synthdepth.dataset.pair import decode_labels, decode_pair, decode_png
@@ -61,14 +57,6 @@ _HERE = Place(rank=0, ranks=1, device=torch.device("cpu"))
 
 Feed = Callable[[Path], object]
 COMMAND_LINE = "command line"
-
-
-class Wrong(Exception):
-    """A reader did something that it must not do."""
-
-
-class Worked(BaseException):
-    """The input was accepted, and what would take long has been left out."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -293,34 +281,6 @@ def _replay(folder: Path) -> None:
     rules_of(settings["rules"])
 
 
-# The command line.
-
-# A job's own progress on standard error is no part of the complaint.
-_PROGRESS = re.compile(r"\w+: \d+/\d+ ")
-
-
-def run_command(arguments: list[str]) -> None:
-    """A command as a user runs it: 0, 1, or 2 with one line."""
-    # As Python sets them up: what cannot be encoded is an error on one, and not on the other.
-    streams = [
-        io.TextIOWrapper(io.BytesIO(), "utf-8", errors=e, write_through=True)
-        for e in ("strict", "backslashreplace")
-    ]
-    with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
-        try:
-            code = command_line(arguments)
-        except SystemExit as stop:
-            code = stop.code or 0
-    told = streams[1].buffer.getvalue().decode(errors="replace")
-    lines = [line for line in told.splitlines() if not _PROGRESS.match(line)]
-    if code not in (0, 1, 2) or "Traceback" in told:
-        raise Wrong(f"exit code {code}: {told[-300:]!r}")
-    if code == 2:
-        if len(lines) != 1 or not lines[0].startswith("synthdepth: "):
-            raise Wrong(f"exit code 2 with {len(lines)} lines: {told[:300]!r}")
-        raise SynthdepthError(lines[0])
-
-
 def _command_of(*words: str) -> Feed:
     """A command with the broken copy {f}; what it writes goes to {out}."""
 
@@ -329,33 +289,6 @@ def _command_of(*words: str) -> Feed:
         run_command([word.format(f=folder, out=folder.parent / "out/cli") for word in words])
 
     return feed
-
-
-# Where a command begins to render, train, fly, or to start processes.
-_LONG_WORK = (
-    ("synthdepth.render.backend", "choose"),
-    ("synthdepth.production.pool", "run_jobs"),
-    ("synthdepth.maps.registry", "build_world"),
-    ("synthdepth.pix2pix.train", "_learn"),
-    ("synthdepth.evaluate.run", "_tallied"),
-    ("synthdepth.evaluate.runtimes", "timed"),
-    ("synthdepth.render.doctor", "examine"),
-    ("concurrent.futures", "ProcessPoolExecutor"),
-)
-
-
-def leave_out_long_work() -> None:
-    """From now on a command that has come that far has accepted what it was given."""
-
-    def worked(*_, **__):
-        raise Worked
-
-    for place, name in _LONG_WORK:
-        there = getattr(importlib.import_module(place), name)
-        # Others have imported it by its name.
-        for module in list(sys.modules.values()):
-            if getattr(module, "__dict__", {}).get(name) is there:
-                setattr(module, name, worked)
 
 
 KINDS: dict[str, Kind] = {
