@@ -42,7 +42,7 @@ class Options:
     Attributes:
         data: a dataset, of which inputs are made.
         model: the folder of a training, of which inputs are made; a tiny one by default.
-        inputs: how many, over all kinds; those made by hand come first.
+        inputs: how many, over all kinds; those made by hand come first, and are all fed.
         seed: of the changes.
         kinds: which kinds; all by default.
         out: folder for the inputs that failed, a new or an empty one; made only if there are any.
@@ -107,13 +107,12 @@ def _prepare(inputs: Path, options: Options) -> None:
 
 def _one_kind(name: str, each: int, work: Path, options: Options) -> tuple[dict, list[Finding]]:
     """Feed a kind; returns its figures, and one finding for all failures of one cause."""
-    kind, inputs = ALL[name], work / "inputs"
+    kind, inputs, crafted = ALL[name], work / "inputs", CRAFTED.get(name, [])
 
     def make(number: int, folder: Path) -> None:
         """Input `number`, which depends on the seed, the kind and the number alone."""
         rng = random.Random(f"{options.seed} {name} {number}")
         shutil.copytree(inputs / kind.seed, folder)
-        crafted = CRAFTED.get(name, [])
         if number < len(crafted):
             crafted[number](folder)
         elif kind.targets:
@@ -127,7 +126,7 @@ def _one_kind(name: str, each: int, work: Path, options: Options) -> tuple[dict,
     told = Counter(inputs=0, accepted=0, refused=0, failed=0)
     found: dict[str, Finding] = {}
     most = {"most_cpu_s": 0.0, "most_mb": 0}
-    for result in run_inputs(each, _GROUP, make, kind.feeds, inputs):
+    for result in run_inputs(max(each, len(crafted)), _GROUP, make, kind.feeds, inputs):
         told["inputs"] += 1
         told[result.outcome] += 1
         most["most_cpu_s"] = max(most["most_cpu_s"], result.cpu_s)

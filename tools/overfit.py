@@ -72,6 +72,7 @@ def overfit(options: Options, out: Path) -> dict[str, float]:
             # The average lags behind.
             "ema": 0.0,
             "decay": "linear",
+            "precision": "bf16",
             "epochs": options.epochs,
             "validate_every": 0,
             "max_pairs": options.pairs,

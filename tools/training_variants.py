@@ -31,6 +31,15 @@ BASE = {
     "coding.kind": "linear",
     "ema": 0.0,
 }
+RESIZE = {"generator.upsample": "resize"}
+COLOURS = {
+    "augmentation.exposure_stops": 0.5,
+    "augmentation.white_balance": 0.25,
+    "augmentation.contrast": 0.3,
+    "augmentation.noise": 4.0,
+}
+# What each of two options is worth beside the other.
+LOG_AVERAGE = {"coding.kind": "log", "ema": 0.999}
 VARIANTS = {
     "base": {},
     "seed": {"seed": 1},
@@ -46,13 +55,15 @@ VARIANTS = {
     "no dropout": {"generator.dropout": 0.0},
     "gradient loss 100": {"objective.lambda_gradient": 100.0},
     "SILog loss 10": {"objective.lambda_silog": 10.0},
-    "resize convolutions": {"generator.upsample": "resize"},
-    "colour augmentation": {
-        "augmentation.exposure_stops": 0.5,
-        "augmentation.white_balance": 0.25,
-        "augmentation.contrast": 0.3,
-        "augmentation.noise": 4.0,
-    },
+    "resize convolutions": RESIZE,
+    "colour augmentation": COLOURS,
+    "log and EMA": LOG_AVERAGE,
+    "log and EMA, seed": LOG_AVERAGE | {"seed": 1},
+    "log and EMA, colours": LOG_AVERAGE | COLOURS,
+    "log and EMA, colours, seed": LOG_AVERAGE | COLOURS | {"seed": 1},
+    "log and EMA, resize": LOG_AVERAGE | RESIZE,
+    "log and EMA, colours, resize": LOG_AVERAGE | COLOURS | RESIZE,
+    "log and EMA, no adversary": LOG_AVERAGE | {"objective.lambda_gan": 0.0},
     "group norm": {"generator.norm": "group", "discriminator.norm": "group"},
     "no flip": {"augmentation.flip": 0.0},
     "float32": {"precision": "fp32"},

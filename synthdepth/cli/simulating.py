@@ -165,7 +165,7 @@ class Replay:
         )
         with progress_bar("flying", "frames") as progress:
             frames = write(flight, self.out, progress)
-        say(f"{self.out}: {frames} frames; as recorded, it {ended(flight.recorded)}")
+        say(f"{self.out}: {frames} frames; as recorded: {ended(flight.recorded)}")
         return 0
 
 

@@ -118,8 +118,8 @@ class Replay:
         now, then = (dataclasses.asdict(flight) for flight in (again, self.recorded))
         if differ := [name for name in then if now[name] != then[name] and name not in _YARDSTICK]:
             raise DatasetError(
-                f"the flight was not as recorded ({', '.join(differ)}): it {ended(again)}, and "
-                f"{ended(self.recorded)} then; another version or machine?"
+                f"the flight was not as recorded ({', '.join(differ)}): now {ended(again)}, then "
+                f"{ended(self.recorded)}; another version or machine?"
             )
 
 
