@@ -23,7 +23,7 @@ from synthdepth.dataset import PairDataset, PairStream
 from synthdepth.dataset.archive import entries, mapped
 from synthdepth.dataset.contract import check_index, check_manifest
 from synthdepth.dataset.exr import decode_depth, depth_header, encode_channels
-from synthdepth.dataset.manifest import INDEX, read_index, read_manifest
+from synthdepth.dataset.manifest import INDEX, MANIFEST, read_index, read_manifest
 from synthdepth.dataset.pair import check_meta, decode_fields, decode_labels, decode_png, encode_png
 from synthdepth.dataset.picture import decode_picture
 from synthdepth.dataset.preview import preview
@@ -252,6 +252,23 @@ def test_columns_of_an_index_have_their_types(folder, name, values):
         check_index(table.set_column(place, name, pa.array(values)), [name])
     with pytest.raises(ValueError, match=f"no column {name}"):
         check_index(table.remove_column(place), [name])
+
+
+@pytest.mark.parametrize("name", ["rgb_offset", "depth_size", "meta_offset", "altitude_m"])
+def test_an_index_has_all_columns(copy, name):
+    table = pq.read_table(copy / INDEX)
+    pq.write_table(table.drop_columns([name]), copy / INDEX)
+    for read in (PairDataset, read_index, lambda f: preview(f, f / "sheet.png", count=2)):
+        with pytest.raises(DatasetError, match=f"no column {name}"):
+            read(copy)
+
+
+def test_a_stream_needs_a_manifest_that_knows_the_shards_of_the_index(copy):
+    manifest = read_manifest(copy)
+    manifest["shards"] = manifest["shards"][:1]
+    (copy / MANIFEST).write_text(json.dumps(manifest))
+    with pytest.raises(DatasetError, match=f"not in {MANIFEST}"):
+        PairStream(copy, where={"altitude_m": (0, 1000)})
 
 
 def test_an_index_without_rows_is_refused(copy):

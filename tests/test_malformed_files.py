@@ -17,6 +17,7 @@ from synthdepth.dataset import PairDataset
 from synthdepth.errors import DatasetError, SynthdepthError
 from synthdepth.evaluate.sources import open_source
 from synthdepth.kitti.calibration import object_calibration, raw_calibration
+from synthdepth.kitti.dataset import EXPORT_NOTE, KittiDataset
 from synthdepth.kitti.layouts import existing
 from synthdepth.kitti.oxts import read_oxts
 from synthdepth.kitti.splits import read_split
@@ -132,6 +133,23 @@ def test_predictions_are_numbers_and_are_not_unpickled(tmp_path, folder, kind):
     assert not trap.path.exists()
 
 
+def test_an_onnx_file_says_what_it_is_in_text(tmp_path):
+    onnx = pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    x = onnx.helper.make_tensor_value_info("x", onnx.TensorProto.FLOAT, [1])
+    y = onnx.helper.make_tensor_value_info("y", onnx.TensorProto.FLOAT, [1])
+    graph = onnx.helper.make_graph([onnx.helper.make_node("Identity", ["x"], ["y"])], "g", [x], [y])
+    model = onnx.helper.make_model(
+        graph, ir_version=10, opset_imports=[onnx.helper.make_opsetid("", 20)]
+    )
+    onnx.helper.set_model_props(model, {"input": "zzzz"})
+    path = tmp_path / "model.onnx"
+    for data in (model.SerializeToString(), model.SerializeToString().replace(b"zzzz", b"zz\xffz")):
+        path.write_bytes(data)
+        with pytest.raises(SynthdepthError, match="model.onnx: allowed is an ONNX file"):
+            open_source(str(path))
+
+
 # KITTI.
 
 
@@ -149,6 +167,30 @@ def test_numbers_of_frames_are_short(tmp_path, line):
     (tmp_path / "split.txt").write_text(line)
     with pytest.raises(DatasetError, match="line 1 is"):
         read_split(tmp_path / "split.txt")
+
+
+@pytest.mark.parametrize("name", ["x", "-1", "1_0", "\u0661", "9" * 200])
+def test_names_of_frames_are_numbers(tmp_path, name):
+    data = tmp_path / "2011_09_26/2011_09_26_drive_0001_sync/image_02/data"
+    data.mkdir(parents=True)
+    (data / "0000000005.png").touch()
+    assert len(KittiDataset(tmp_path, layout="raw")) == 1
+    (data / f"{name}.png").touch()
+    with pytest.raises(DatasetError, match="allowed is a frame's number as name"):
+        KittiDataset(tmp_path, layout="raw")
+
+
+@pytest.mark.parametrize("value", ["[" * DEEP, "0", "-200", "1e999", "NaN", '"200"', "[200]"])
+def test_depth_saturates_at_a_positive_number(tmp_path, value):
+    data = tmp_path / "2011_09_26/2011_09_26_drive_0001_sync/image_02/data"
+    data.mkdir(parents=True)
+    (data / "0000000005.png").touch()
+    for number in ("200.0", value):
+        (tmp_path / EXPORT_NOTE).write_text(f'{{"max_depth_m": {number}}}')
+        if number == "200.0":
+            assert KittiDataset(tmp_path, layout="raw").max_depth_m == 200
+    with pytest.raises(DatasetError, match=EXPORT_NOTE):
+        KittiDataset(tmp_path, layout="raw")
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "a\0b"])

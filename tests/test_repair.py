@@ -224,6 +224,9 @@ DAMAGES = {
     "another seed in the manifest": lambda f: (f / MANIFEST).write_text(
         (f / MANIFEST).read_text().replace('"seed": 0', '"seed": 1')
     ),
+    "manifest renamed": lambda f: (f / MANIFEST).rename(f / "old.json"),
+    "checksums renamed": lambda f: (f / CHECKSUMS).rename(f / "train" / "old.txt"),
+    "manifest and checksums exchanged": lambda f: swap(f, MANIFEST, CHECKSUMS),
     "no checksums": lambda f: (f / CHECKSUMS).unlink(),
     "half of the checksums": lambda f: (f / CHECKSUMS).write_bytes(
         (f / CHECKSUMS).read_bytes()[:600]
@@ -249,6 +252,13 @@ def test_damage_is_repaired_to_the_same_bytes(whole, copy, damage):
     repairs = repair(copy, verify(copy).faults)
     assert repairs and all(one.done for one in repairs)
     assert contents(copy) == contents(whole)
+
+
+def test_a_copy_of_what_is_in_its_place_is_left_alone(copy):
+    shutil.copyfile(copy / TEST, copy / "test" / "mine.tar")
+    (one,) = repair(copy, verify(copy).faults)
+    assert one.where == "test/mine.tar" and not one.done and "remove it yourself" in one.what
+    assert (copy / "test" / "mine.tar").exists()
 
 
 @pytest.mark.usefixtures("quick")

@@ -5,8 +5,7 @@ python tools/corruption_harness.py --flips 1000 --others 200 --json corruption.j
 Random single-bit flips and random truncations, deletions, swaps, copies and the like are spread
 evenly over the kinds of file: manifest, index, card, picture, Croissant, checksums, shards. After
 each, `verify` has to find the damaged file and to name its kind, and `repair` has to give every
-file its original bytes back. A damaged shard takes a rendering to repair: `--renderings` of them
-are shared evenly among the ways of damage, and further ones are put back from a copy.
+file its original bytes back; shards it renders again, of a plain map.
 """
 
 import collections
@@ -18,20 +17,17 @@ from pathlib import Path
 
 import numpy as np
 import tyro
+from plain_map import plain_recipe
 
 from synthdepth.dataset.manifest import DESCRIPTIONS, read_manifest
 from synthdepth.dataset.shard import PARTIAL, ShardWriter, read_members, shard_members
 from synthdepth.dataset.verify import verify
 from synthdepth.errors import DatasetError
-from synthdepth.production.overrides import with_overrides
-from synthdepth.production.recipe import load_recipe
 from synthdepth.production.repair import repair
 from synthdepth.production.run import render_dataset
 from synthdepth.seeding import lane
 
-# What a shard is called that has to be rendered again.
-RENDERED = ("damaged", "truncated", "missing", "duplicate", "grown", "stale")
-COLUMNS = {"times": 7, "found": 7, "named": 7, "rendered": 10, "tried": 7, "repaired": 10}
+COLUMNS = {"times": 7, "found": 7, "named": 7, "rendered": 10, "repaired": 10}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -41,18 +37,13 @@ class Options:
     Attributes:
         flips: single bits flipped.
         others: truncations, deletions, swaps, copies, additions.
-        renderings: damaged shards that are rendered again, a few more if it takes that to have as
-            many of each way of damage.
         seed: what is damaged, and how.
-        dataset: a finished dataset of at least 3 shards to damage a copy of; made by default.
         json: where the figures go.
     """
 
     flips: int = 30
     others: int = 20
-    renderings: int = 3
     seed: int = 0
-    dataset: Path | None = None
     json: Path | None = None
 
 
@@ -143,20 +134,6 @@ def make_stale(rng: np.random.Generator, folder: Path, name: str, _) -> Damage:
 OTHERS = (truncate, swap, delete, duplicate, rename, append, leave_behind, make_stale)
 
 
-def small_recipe():
-    """Scenes that are built in seconds, a burst of two pairs each."""
-    recipe = load_recipe("blocks")
-    scene = dataclasses.replace(recipe.scene, flight_area_m=200.0)
-    return with_overrides(
-        dataclasses.replace(recipe, scene=scene),
-        size="64x64",
-        pairs_per_scene=2,
-        pairs_per_flight=2,
-        burst_pairs=2,
-        modalities=("flow", "seg", "normal"),
-    )
-
-
 def main(options: Options) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         figures = measure(options, Path(scratch))
@@ -172,17 +149,13 @@ def main(options: Options) -> None:
 def measure(options: Options, scratch: Path) -> dict:
     """Do it all; the figures by damage, and what was missed."""
     whole = scratch / "whole"
-    if options.dataset is None:
-        render_dataset(small_recipe(), whole, pairs=6)
-    else:
-        shutil.copytree(options.dataset, whole)
+    render_dataset(plain_recipe(2, modalities=("flow", "seg", "normal")), whole, pairs=6)
     assert not verify(whole).faults
     original = {p.relative_to(whole).as_posix(): p.read_bytes() for p in files_of(whole)}
     shards = [name for name in original if name.endswith(".tar")]
     kinds = [*([name] for name in DESCRIPTIONS), shards]
     counts = collections.defaultdict(collections.Counter)
     missed, every = [], options.flips + options.others
-    share = -(-options.renderings // (1 + len(OTHERS)))
     for number in range(every):
         rng = lane(options.seed, "damage", number)
         way = flip if number < options.flips else OTHERS[(number - options.flips) % len(OTHERS)]
@@ -204,17 +177,14 @@ def measure(options: Options, scratch: Path) -> dict:
         count["named"] += named
         if not named:
             missed.append(f"{damage}: told {told}")
-        renders = any(told.get(name) in RENDERED and name in shards for name in damage.files)
-        if found and (not renders or count["rendered"] < share):
-            count["rendered"] += renders
-            count["tried"] += 1
-            repairs = repair(whole, faults)
-            now = {p.relative_to(whole).as_posix(): p.read_bytes() for p in files_of(whole)}
-            count["repaired"] += now == original
-            if now != original:
-                names = sorted(now.keys() | original.keys())
-                wrong = [name for name in names if now.get(name) != original.get(name)]
-                missed.append(f"{damage}: not repaired: {wrong}: {repairs}")
+        repairs = repair(whole, faults)
+        count["rendered"] += any("rendered again" in one.what for one in repairs)
+        now = {p.relative_to(whole).as_posix(): p.read_bytes() for p in files_of(whole)}
+        count["repaired"] += now == original
+        if now != original:
+            names = sorted(now.keys() | original.keys())
+            wrong = [name for name in names if now.get(name) != original.get(name)]
+            missed.append(f"{damage}: not repaired: {wrong}: {repairs}")
         for path in files_of(whole):
             if path.relative_to(whole).as_posix() not in original:
                 path.unlink()

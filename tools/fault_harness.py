@@ -23,19 +23,13 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import tyro
+from plain_map import plain_recipe
 
-from synthdepth.config import Config, number
 from synthdepth.dataset.manifest import CHECKSUMS, DESCRIPTIONS, MANIFEST, read_index, read_manifest
 from synthdepth.dataset.verify import verify
 from synthdepth.errors import SynthdepthError
-from synthdepth.maps.geometry import box, copies, quads
-from synthdepth.maps.registry import MAPS, MapKind
-from synthdepth.maps.world import Light, Material, World, assemble
-from synthdepth.production.recipe import Recipe, recipe_from_table
 from synthdepth.production.run import render_dataset
-from synthdepth.seeding import lane
 
 _POLL_S = 0.002
 ANYONE = -1
@@ -77,52 +71,6 @@ class Options:
         return self.shards * self.pairs_per_shard - 1
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class PlainRanges(Config):
-    """Of the plain map: how many towers."""
-
-    towers: int = number(12, 0, 100)
-
-
-def plain(scene_seed: int, ranges: PlainRanges, light: Light) -> World:
-    """A field with towers: built, flown and loaded in a second."""
-    rng, far = lane(scene_seed, "towers"), 400.0
-    at = np.concatenate([rng.uniform(-100, 100, (ranges.towers, 2)), np.zeros((12, 1))], axis=1)
-    ground = quads([[[-far, -far, 0], [far, -far, 0], [far, far, 0], [-far, far, 0]]], (0.3,) * 3)
-    towers = copies(box((6.0, 6.0, 12.0), tint=(0.6, 0.5, 0.4)), at)
-    return World(
-        map="plain",
-        scene_seed=scene_seed,
-        surfaces=assemble([{("card", "ground"): ground}, {("card", "building"): towers}]),
-        materials={"card": Material(texture=np.full((2, 2, 3), 255, np.uint8))},
-        light=light,
-        flight_bounds=np.array([[-100.0, -100.0], [100.0, 100.0]]),
-        ground_m=lambda xy: np.zeros(len(xy)),
-    )
-
-
-# Workers import this file anew, as the main program, and so know the map too.
-MAPS["plain"] = MapKind(ranges=PlainRanges, build=plain, summary="a field with towers")
-
-
-def recipe(options: Options) -> Recipe:
-    """The cheapest pairs that there are."""
-    table = {
-        "map": "plain",
-        "light": {"conditions": ["clear"]},
-        "flight": {"distance_m": [40.0, 80.0], "duration_s": [3.0, 25.0]},
-        "camera": {"width": 64, "height": 64},
-        "sensor": {"model": "ideal"},
-        "sampling": {
-            "pairs_per_scene": options.pairs_per_shard,
-            "pairs_per_flight": options.pairs_per_shard,
-            "burst_pairs": 2,
-        },
-        "render": {"spp": 1},
-    }
-    return recipe_from_table(table, "fault_harness")
-
-
 os_replace = os.replace
 
 
@@ -160,7 +108,12 @@ def render(folder: Path, options: Options) -> None:
     os.dup2(log, 1), os.dup2(log, 2)
     folder.with_suffix(".begun").touch()
     try:
-        render_dataset(recipe(options), folder, pairs=options.pairs, workers=options.workers)
+        render_dataset(
+            plain_recipe(options.pairs_per_shard),
+            folder,
+            pairs=options.pairs,
+            workers=options.workers,
+        )
     except SynthdepthError as error:
         print(error)
         raise SystemExit(3) from None
@@ -173,7 +126,10 @@ def main(options: Options) -> int:
     try:
         with contextlib.redirect_stdout(None):
             render_dataset(
-                recipe(options), work / "whole", pairs=options.pairs, workers=options.workers
+                plain_recipe(options.pairs_per_shard),
+                work / "whole",
+                pairs=options.pairs,
+                workers=options.workers,
             )
         harness = Harness(options, work)
         while sum(harness.kills.values()) < options.kills:

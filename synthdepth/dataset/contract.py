@@ -11,13 +11,29 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from synthdepth.config import shown
-from synthdepth.dataset.pair import BY_MODALITY, MAP_NAME, META_FIELDS, SPLITS, is_map_name
+from synthdepth.dataset.pair import (
+    ALWAYS,
+    BY_MODALITY,
+    MAP_NAME,
+    META_FIELDS,
+    SPLITS,
+    is_map_name,
+)
 
 # Below the folder, and nowhere else.
 _SHARD = r"([A-Za-z0-9_-][A-Za-z0-9._-]*/)*[A-Za-z0-9_-][A-Za-z0-9._-]*\.tar"
 _WORDS = {"key": "[A-Za-z0-9_-]+", "shard": _SHARD, "map": MAP_NAME, "split": "|".join(SPLITS)}
 _LENGTHS = {"intrinsics": 9, "world_from_cam": 16, "world_from_cam_prev": 16, "velocity_mps": 3}
 _ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string(), list: pa.list_(pa.float64())}
+
+
+def file_columns(files: Iterable[str]) -> list[str]:
+    """The columns of the index that say where files of a pair ("rgb.png") lie in their shards."""
+    return [f"{file.split('.')[0]}_{what}" for file in files for what in ("offset", "size")]
+
+
+# Every index has these.
+INDEX_COLUMNS = ("key", "shard", *file_columns(ALWAYS), *META_FIELDS)
 
 
 def check_manifest(manifest) -> None:
@@ -125,8 +141,10 @@ def check_index(table: pa.Table, needed: Iterable[str]) -> None:
 
     Args:
         table: some columns of the index or all.
-        needed: columns that have to be there.
+        needed: columns that have to be there; a file's size always has to be with its offset.
     """
+    files = {name.rpartition("_")[0] for name in table.schema.names if _is_of_file(name)}
+    needed = [*needed, *file_columns(files)]
     lacking = [name for name in needed if name not in table.schema.names]
     if lacking:
         raise ValueError(f"it has no column {lacking[0]}")
@@ -142,10 +160,14 @@ def check_index(table: pa.Table, needed: Iterable[str]) -> None:
             raise ValueError(f"column {name} has a value that the contract forbids")
 
 
+def _is_of_file(name: str) -> bool:
+    return name.endswith(("_offset", "_size"))
+
+
 def _arrow_type(name: str) -> pa.DataType | None:
     if name in ("key", "shard"):
         return pa.string()
-    if name.endswith(("_offset", "_size")):
+    if _is_of_file(name):
         return pa.int64()
     return _ARROW.get(META_FIELDS.get(name))
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from synthdepth.config import parse_json
-from synthdepth.dataset.contract import check_index, check_manifest
+from synthdepth.dataset.contract import INDEX_COLUMNS, check_index, check_manifest, file_columns
 from synthdepth.dataset.pair import ALWAYS, BY_MODALITY, META_FIELDS, decode_meta
 from synthdepth.dataset.shard import read_members, shard_members, write_whole
 from synthdepth.errors import DatasetError
@@ -124,10 +124,9 @@ def index_table(path: Path, shard: str, manifest: Mapping) -> pa.Table:
 
 
 def _index_schema(manifest: Mapping) -> pa.Schema:
-    names = [name.split(".")[0] for name in pair_files(manifest)]
     return pa.schema(
         [("key", pa.string()), ("shard", pa.string())]
-        + [(f"{name}_{what}", pa.int64()) for name in names for what in ("offset", "size")]
+        + [(name, pa.int64()) for name in file_columns(pair_files(manifest))]
         + [
             (name, pa.list_(pa.float64()) if kind is list else _ARROW[kind])
             for name, kind in META_FIELDS.items()
@@ -155,7 +154,7 @@ def read_index(folder: Path, columns: list[str] | None = None) -> pa.Table:
     path = Path(folder) / INDEX
     try:
         table = pq.read_table(path, columns=columns)
-        check_index(table, columns or ("key", "shard", *META_FIELDS))
+        check_index(table, columns or INDEX_COLUMNS)
         if not len(table):
             raise ValueError("it lists no pair")
         return table

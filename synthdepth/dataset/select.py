@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from synthdepth.config import parse_json
-from synthdepth.dataset.contract import check_index, check_manifest
+from synthdepth.dataset.contract import INDEX_COLUMNS, check_index, check_manifest, file_columns
 from synthdepth.dataset.manifest import INDEX, MANIFEST, read_manifest
 from synthdepth.dataset.pair import FIELDS
 from synthdepth.errors import DatasetError
@@ -101,14 +101,18 @@ def read_rows(
     """
     where = dict(where or {}) | ({} if split is None else {"split": split})
     indexes = [_open_index(folder) for folder in folders]
+    for folder, index in zip(folders, indexes, strict=True):
+        lacking = [name for name in INDEX_COLUMNS if name not in index.schema_arrow.names]
+        if lacking:
+            raise DatasetError(f"{within(folder, INDEX)} cannot be used: no column {lacking[0]}")
     schemas = [index.schema_arrow for index in indexes]
     columns = [c for c in schemas[0] if all(c.name in schema.names for schema in schemas)]
     _check_columns(where, columns)
-    here = [name for name, file in FIELDS.items() if _column(file) in {c.name for c in columns}]
+    names = {column.name for column in columns}
+    here = [name for name, file in FIELDS.items() if names.issuperset(file_columns([file]))]
     fields = checked_fields(fields, here)
     files = ["meta.json", *(FIELDS[name] for name in fields)]
-    wanted = ["key", "shard", "scene_index", *where]
-    wanted += [_column(file, what) for file in files for what in ("offset", "size")]
+    wanted = ["key", "shard", "scene_index", *where, *file_columns(files)]
     tables, shards = [], []
     for place, (folder, index) in enumerate(zip(folders, indexes, strict=True)):
         table = _columns_of(within(folder, INDEX), index, list(dict.fromkeys(wanted)))
@@ -123,7 +127,7 @@ def read_rows(
         raise DatasetError(f"{', '.join(folders)}: no pair has been written")
     table = table.take(np.flatnonzero(_mask(table, where))).combine_chunks()
     offsets_sizes = {
-        file: np.stack([table[_column(file, what)].to_numpy() for what in ("offset", "size")], -1)
+        file: np.stack([table[name].to_numpy() for name in file_columns([file])], -1)
         for file in files
     }
     rows = Rows(
@@ -147,10 +151,6 @@ def checked_fields(fields: Collection[str] | None, here: list[str]) -> tuple[str
             f"fields = {', '.join(map(repr, fields)) or 'none'}: allowed are {', '.join(here)}"
         )
     return fields
-
-
-def _column(file: str, what: str = "offset") -> str:
-    return f"{file.split('.')[0]}_{what}"
 
 
 def _open_index(folder: str) -> pq.ParquetFile:

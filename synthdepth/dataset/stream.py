@@ -11,7 +11,7 @@ from typing import BinaryIO
 import numpy as np
 
 from synthdepth.dataset.archive import entries, mapped
-from synthdepth.dataset.manifest import pair_files
+from synthdepth.dataset.manifest import INDEX, MANIFEST, pair_files
 from synthdepth.dataset.pair import FIELDS
 from synthdepth.dataset.pairs import Transform, decode_sample
 from synthdepth.dataset.sample import Sample
@@ -212,6 +212,11 @@ def _shards_of_folders(
     }
     if where:
         rows, fields = read_rows(folders, split=split, where=where, fields=fields)
+        unknown = [place for place in rows.shards if place not in records]
+        if unknown:
+            raise DatasetError(
+                f"{unknown[0]} stands in {INDEX} but not in {MANIFEST}; synthdepth verify says more"
+            )
         keys = [[] for _ in rows.shards]
         for number, key in zip(rows.shard_of.tolist(), rows.keys.to_pylist(), strict=True):
             keys[number].append(key)

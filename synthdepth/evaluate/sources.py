@@ -111,8 +111,8 @@ class OnnxSource(Source):
     def __init__(self, path: str, name: str) -> None:
         self.name, self._path, self._session = name, path, None
         self.start(1)
-        facts = self._session.get_modelmeta().custom_metadata_map
         try:
+            facts = self._session.get_modelmeta().custom_metadata_map
             table = parse_json(facts["input"])
             width, height = map(operator.index, parse_json(facts["size"]))
             check_size(width, height)

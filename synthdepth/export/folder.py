@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from synthdepth.camera import is_rigid
+from synthdepth.dataset.contract import file_columns
 from synthdepth.dataset.manifest import pair_files, read_index, read_manifest
 from synthdepth.dataset.pair import Pair, decode_pair
 from synthdepth.dataset.shard import Member, read_members
@@ -51,8 +52,7 @@ def read_pairs(
     """
     folder = Path(folder)
     suffixes = {suffix: suffix.split(".")[0] for suffix in pair_files(read_manifest(folder))}
-    offsets = [f"{name}_{what}" for name in suffixes.values() for what in ("offset", "size")]
-    rows = read_index(folder, ["key", "shard", "split", *offsets]).to_pylist()
+    rows = read_index(folder, ["key", "shard", "split", *file_columns(suffixes)]).to_pylist()
     splits = sorted({row["split"] for row in rows})
     if split is not None and split not in splits:
         raise DatasetError(f"split {split!r}: {folder} has {', '.join(splits) or 'no pairs'}")

@@ -1,12 +1,12 @@
 """KITTI as a sequence of samples, whichever of its layouts it lies in."""
 
-import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from synthdepth.config import parse_json, shown
 from synthdepth.dataset.sample import Sample
 from synthdepth.dataset.transforms import set_epoch_of, several, transformed
 from synthdepth.errors import DatasetError
@@ -177,7 +177,12 @@ def _saturation_m(folder: Path) -> float:
     if not path.exists():
         return np.inf
     try:
-        return float(json.loads(path.read_text())["max_depth_m"] or np.inf)
+        saturation_m = parse_json(path.read_text())["max_depth_m"]
+        if saturation_m is None:
+            return np.inf
+        if not 0 < saturation_m < np.inf:
+            raise ValueError(f"max_depth_m = {shown(saturation_m)}: allowed are positive numbers")
+        return float(saturation_m)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DatasetError(f"{path} cannot be read: {error}") from None
 

@@ -14,6 +14,7 @@ both of the first two.
 import dataclasses
 import itertools
 import os
+import re
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -136,14 +137,21 @@ def _depth_frames(place: Place) -> Iterator[Frame]:
     for split, camera in itertools.product(place.splits, CAMERAS):
         pattern = f"*_sync/proj_depth/{place.depth}/image_{camera:02d}/*.png"
         for path in sorted((place.folder / split).glob(pattern)):
-            yield drive_frame(place, path.parents[3].name, camera, int(path.stem), path)
+            yield drive_frame(place, path.parents[3].name, camera, _number(path), path)
 
 
 def _raw_frames(place: Place) -> Iterator[Frame]:
     for pattern, camera in itertools.product(("*_sync", "*/*_sync"), CAMERAS):
         pictures = place.raw_folder.glob(f"{pattern}/image_{camera:02d}/data/*")
         for path in sorted(path for path in pictures if path.suffix in _SUFFIXES):
-            yield drive_frame(place, path.parents[2].name, camera, int(path.stem))
+            yield drive_frame(place, path.parents[2].name, camera, _number(path))
+
+
+def _number(path: Path) -> int:
+    """The frame's, which a file has as its name."""
+    if not re.fullmatch("[0-9]{1,10}", path.stem):
+        raise DatasetError(f"{path}: allowed is a frame's number as name, e.g. 0000000005")
+    return int(path.stem)
 
 
 def _selection_frames(place: Place) -> Iterator[Frame]:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -80,7 +81,7 @@ def repair(
         shutil.rmtree(scratch, ignore_errors=True)
         try:
             repairs = [*_swept(folder, faults), *_left_alone(faults, settled.manifest)]
-            repairs += _put_back(folder, faults, settled.manifest)
+            repairs += _put_back(folder, faults, settled)
             wrong = {f.where for f in faults} - {one.where for one in repairs}
             todo = [r for r in settled.manifest["shards"] if r["path"] in wrong]
             if todo:
@@ -114,11 +115,13 @@ def _left_alone(faults: Sequence[Fault], manifest: Mapping) -> Iterator[Repair]:
             yield Repair(where=fault.where, done=False, what=words[fault.kind])
 
 
-def _put_back(folder: Path, faults: Sequence[Fault], manifest: Mapping) -> Iterator[Repair]:
+def _put_back(folder: Path, faults: Sequence[Fault], settled: Settled) -> Iterator[Repair]:
     """Move files home whose bytes another name should have."""
+    manifest = settled.manifest
     wrong = {fault.where for fault in faults if fault.kind not in ("gate", "manifest")}
     digests = {record["path"]: record["sha256"] for record in manifest["shards"]}
     digests |= {name: record["sha256"] for name, record in manifest.get("files", {}).items()}
+    digests |= {name: hashlib.sha256(data).hexdigest() for name, data in settled.right.items()}
     homes = {digests[name]: name for name in wrong.intersection(digests)}
     found = {}
     for origin in sorted(wrong):
@@ -133,6 +136,10 @@ def _put_back(folder: Path, faults: Sequence[Fault], manifest: Mapping) -> Itera
         yield Repair(where=name, done=True, what=f"put back from {origin}")
         if origin not in digests and origin not in DESCRIPTIONS:
             yield Repair(where=origin, done=True, what=f"moved to {name}")
+    for fault in faults:
+        if fault.kind == "misplaced" and fault.where not in found.values():
+            what = "is left alone, as its bytes are in their place: remove it yourself"
+            yield Repair(where=fault.where, done=False, what=what)
 
 
 def _put(folder: Path, name: str) -> None:

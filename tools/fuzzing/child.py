@@ -175,6 +175,8 @@ def _feed_all(numbers: range, make, feeds: dict[str, Feed], work: Path, pipe, lo
         pipe.flush()
 
     _few_threads()
+    # Arrow takes a GB of addresses, which is no memory, when it allocates first.
+    pa.allocate_buffer(1)
     file = open(log, "ab", buffering=0)  # noqa: SIM115
     for stream in (1, 2):
         os.dup2(file.fileno(), stream)
