@@ -15,7 +15,7 @@ from synthdepth.camera import Intrinsics
 from synthdepth.dataset.folder import new_folder
 from synthdepth.errors import DatasetError
 from synthdepth.export.folder import read_pairs, write_file
-from synthdepth.export.kitti import drive_name, export_kitti
+from synthdepth.export.kitti import drive_name, export_kitti, timestamps
 from synthdepth.kitti.dataset import KittiDataset
 from synthdepth.kitti.png import encode_depth, read_depth
 from synthdepth.kitti.splits import read_split
@@ -124,6 +124,12 @@ def test_timestamps_have_a_line_for_every_frame_number(source, exported):
             lines = (out / drive[:10] / drive / sensor / "timestamps.txt").read_text().splitlines()
             assert re.fullmatch(r"\d{4}-\d\d-\d\d 00:00:00\.\d{9}", lines[number])
             assert float(lines[number][-12:]) == pytest.approx(pair.meta["time_s"], abs=1e-6)
+
+
+@pytest.mark.parametrize("second", [1e9, 1e300])
+def test_a_drive_lasts_a_year_at_most(second):
+    with pytest.raises(DatasetError, match="allowed is up to a year"):
+        timestamps("2000_01_01_drive_0000_sync", np.array([0.0, second]))
 
 
 def test_the_previous_frame_lies_one_number_before(source, exported):

@@ -36,6 +36,8 @@ from synthdepth.kitti.png import MAX_DEPTH_M, PER_METRE, encode_depth
 SKIES = ("invalid", "saturated")
 _SPLIT = {"train": "train", "test": "val"}
 _FIRST_DATE = datetime.date(2000, 1, 1)
+# Dates have four digits.
+_LONGEST_DRIVE_S = 365 * 86400
 
 
 def drive_name(scene_index: int, flight_index: int) -> str:
@@ -134,7 +136,7 @@ def _write_drive(root: Path, name: str, flight: Iterable[Pair], range_m: float, 
         + (np.arange(max(pictures) + 1) - first.meta["frame_index"]) * first.meta["dt_s"]
     )
     for sensor in ("image_02", "oxts"):
-        write_file(root / drive.path / sensor / "timestamps.txt", _timestamps(name, seconds))
+        write_file(root / drive.path / sensor / "timestamps.txt", timestamps(name, seconds))
     return drive
 
 
@@ -180,8 +182,10 @@ def _write_table(path: Path, lines: dict) -> None:
     write_file(path, text.encode())
 
 
-def _timestamps(drive: str, seconds: np.ndarray) -> bytes:
+def timestamps(drive: str, seconds: np.ndarray) -> bytes:
     """A line for every frame number from 0, written or not: line k is frame k's, as in KITTI."""
+    if seconds.max() > _LONGEST_DRIVE_S:
+        raise DatasetError(f"{drive} has a frame at {seconds.max():g} s: allowed is up to a year")
     midnight = datetime.datetime.strptime(drive[:10], "%Y_%m_%d")
     times = (midnight + datetime.timedelta(seconds=max(float(s), 0.0)) for s in seconds)
     return "".join(f"{time:%Y-%m-%d %H:%M:%S.%f}000\n" for time in times).encode()
