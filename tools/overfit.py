@@ -40,7 +40,7 @@ class Options:
 
     data: Path
     pairs: int = 8
-    epochs: int = 400
+    epochs: int = 1500
     input: str = "rgb"
     coding: str = "log"
     ngf: int = 32
