@@ -156,4 +156,6 @@ def _keep(kept: Path, make, number: int, failure: Finding) -> None:
 
 if __name__ == "__main__":
     os.environ.pop("DISPLAY", None)
+    # A parent that trained leaves it; without it torch keeps to the temporary folder of an input.
+    os.environ.pop("TORCHINDUCTOR_CACHE_DIR", None)
     raise SystemExit(main(tyro.cli(Options, description=__doc__)))
