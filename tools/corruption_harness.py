@@ -134,7 +134,7 @@ def make_stale(rng: np.random.Generator, folder: Path, name: str, _) -> Damage:
 OTHERS = (truncate, swap, delete, duplicate, rename, append, leave_behind, make_stale)
 
 
-def main(options: Options) -> None:
+def main(options: Options) -> int:
     with tempfile.TemporaryDirectory() as scratch:
         figures = measure(options, Path(scratch))
     print(f"{'damage':14}" + "".join(f"{name:>{width}}" for name, width in COLUMNS.items()))
@@ -144,6 +144,7 @@ def main(options: Options) -> None:
         print(miss)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1) + "\n")
+    return 1 if figures["missed"] else 0
 
 
 def measure(options: Options, scratch: Path) -> dict:
@@ -201,4 +202,4 @@ def files_of(folder: Path) -> list[Path]:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    raise SystemExit(main(tyro.cli(Options, description=__doc__)))
