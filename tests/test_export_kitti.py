@@ -1,5 +1,6 @@
 """Our datasets in KITTI's format: read back by ourselves, and as KITTI's own description says."""
 
+import json
 import math
 import re
 from pathlib import Path
@@ -13,6 +14,8 @@ from PIL import Image
 
 from synthdepth.camera import Intrinsics
 from synthdepth.dataset.folder import new_folder
+from synthdepth.dataset.manifest import read_manifest, write_index
+from synthdepth.dataset.shard import ShardWriter, read_members, shard_members
 from synthdepth.errors import DatasetError
 from synthdepth.export.folder import read_pairs, write_file
 from synthdepth.export.kitti import drive_name, export_kitti, timestamps
@@ -130,6 +133,21 @@ def test_timestamps_have_a_line_for_every_frame_number(source, exported):
 def test_a_drive_lasts_a_year_at_most(second):
     with pytest.raises(DatasetError, match="allowed is up to a year"):
         timestamps("2000_01_01_drive_0000_sync", np.array([0.0, second]))
+
+
+@pytest.mark.parametrize("number", [1_000_001, 2**52])
+def test_numbers_of_frames_cost_no_memory(tmp_path, number):
+    make_dataset(tmp_path / "set", shards=1, pairs=1)
+    path = next((tmp_path / "set").rglob("*.tar"))
+    pairs = {key: read_members(path, files) for key, files in shard_members(path).items()}
+    with ShardWriter(path) as shard:
+        for key, files in pairs.items():
+            meta = json.loads(files["meta.json"]) | {"frame_index": number}
+            shard.add(key, files | {"meta.json": json.dumps(meta).encode()})
+    write_index(tmp_path / "set", read_manifest(tmp_path / "set"))
+    with pytest.raises(DatasetError, match=f"has a frame {number}: allowed is up to 1000000"):
+        export_kitti(tmp_path / "set", tmp_path / "k")
+    assert not (tmp_path / "k").exists()
 
 
 def test_the_previous_frame_lies_one_number_before(source, exported):

@@ -38,6 +38,8 @@ _SPLIT = {"train": "train", "test": "val"}
 _FIRST_DATE = datetime.date(2000, 1, 1)
 # Dates have four digits.
 _LONGEST_DRIVE_S = 365 * 86400
+# Every number up to the last has a line of times, whether there is such a frame or not.
+_LAST_FRAME = 1_000_000
 
 
 def drive_name(scene_index: int, flight_index: int) -> str:
@@ -131,6 +133,8 @@ def _write_drive(root: Path, name: str, flight: Iterable[Pair], range_m: float, 
         far = np.float32(range_m) if sky == "saturated" else np.float32(0)
         depth = np.where(pair.depth_m >= np.float32(range_m), far, pair.depth_m)
         write_file(root / split / _depth_path(name, number), encode_depth(depth))
+    if max(pictures) > _LAST_FRAME:
+        raise DatasetError(f"{name} has a frame {max(pictures)}: allowed is up to {_LAST_FRAME}")
     seconds = (
         first.meta["time_s"]
         + (np.arange(max(pictures) + 1) - first.meta["frame_index"]) * first.meta["dt_s"]
